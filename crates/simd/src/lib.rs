@@ -1,0 +1,1 @@
+//! The one room for processor intrinsics: denormal mode and, later, contact kernels.

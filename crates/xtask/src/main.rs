@@ -1,0 +1,2 @@
+//! Everything a newcomer or CI runs: `cargo xtask demo|test|pack|validate|bench`.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Terrain units: granular soil by the discrete element method.

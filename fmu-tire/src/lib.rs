@@ -1,0 +1,1 @@
+//! Tire units: the rigid wheel.

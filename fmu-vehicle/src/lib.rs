@@ -1,0 +1,1 @@
+//! Vehicle units: the single-wheel rig.
