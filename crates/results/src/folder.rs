@@ -1,0 +1,209 @@
+//! The folder of one run: who may write there, and how files come into being whole.
+
+use crate::error::{Error, Result};
+use std::collections::BTreeSet;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// Name of the list of a run's files, which also marks the folder as ours and is locked while a run writes.
+const LEDGER: &str = ".terramech-run";
+const LEDGER_HEAD: &str = "terramech run folder 1: the files listed below are replaced by the next run\n";
+
+/// The folder a run writes into.
+///
+/// Protocol: [`create`](RunFolder::create) once, after the inputs were checked (it deletes the files of an earlier run);
+/// then any number of writes from any thread. The lock on the folder lasts as long as the value.
+///
+/// Every file is entered in a list (`.terramech-run`) before it is written; the next run deletes what is listed and
+/// nothing else, so files that a user put beside them stay. Whole files are written aside (`.NAME.part`) and renamed;
+/// streams ([`stream`](RunFolder::stream)) grow in place.
+#[derive(Debug)]
+pub struct RunFolder {
+    path: PathBuf,
+    ledger: Mutex<Ledger>,
+}
+
+#[derive(Debug)]
+struct Ledger {
+    file: File,
+    names: BTreeSet<String>,
+}
+
+impl RunFolder {
+    /// Creates the folder (and its parents), or takes over one that is empty or holds an earlier run, whose files go.
+    ///
+    /// # Errors
+    /// [`Error::FolderNotOurs`] for a non-empty folder without an earlier run, [`Error::NotAFolder`],
+    /// [`Error::FolderInUse`] while another process writes there, [`Error::Io`].
+    pub fn create(path: impl AsRef<Path>) -> Result<RunFolder> {
+        let path = path.as_ref().to_owned();
+        if path.exists() && !path.is_dir() {
+            return Err(Error::NotAFolder { path });
+        }
+        fs::create_dir_all(&path).map_err(Error::io("create", &path))?;
+        let ledger_path = path.join(LEDGER);
+        let ours = fs::symlink_metadata(&ledger_path).is_ok_and(|m| m.is_file());
+        if !ours {
+            let mut entries = fs::read_dir(&path).map_err(Error::io("list", &path))?;
+            if let Some(entry) = entries.next() {
+                let example = entry.map(|e| e.file_name().to_string_lossy().into_owned()).unwrap_or_default();
+                return Err(Error::FolderNotOurs { path, example });
+            }
+        }
+        let mut file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(&ledger_path)
+            .map_err(Error::io("open", &ledger_path))?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => return Err(Error::FolderInUse { path }),
+            // A file system without locks: the folder works, unguarded against a second run.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        let mut text = String::new();
+        file.read_to_string(&mut text).map_err(Error::io("read", &ledger_path))?;
+        if text.is_empty() {
+            file.write_all(LEDGER_HEAD.as_bytes()).map_err(Error::io("write", &ledger_path))?;
+        } else {
+            let Some(list) = text.strip_prefix(LEDGER_HEAD) else {
+                return Err(Error::FolderNotOurs { path, example: LEDGER.into() });
+            };
+            remove_earlier(&path, list)?;
+            // The head stays where it is: a crash here must not leave a folder that nobody recognises.
+            file.set_len(LEDGER_HEAD.len() as u64).map_err(Error::io("write", &ledger_path))?;
+            file.seek(SeekFrom::End(0)).map_err(Error::io("write", &ledger_path))?;
+        }
+        Ok(RunFolder { path, ledger: Mutex::new(Ledger { file, names: BTreeSet::new() }) })
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The full path of a file of the run.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Writes a whole file aside and puts it in place in one step, replacing an earlier version of it.
+    ///
+    /// `name` is relative to the folder, with `/`; missing subfolders are made.
+    ///
+    /// # Errors
+    /// [`Error::BadName`], [`Error::ForeignFile`], [`Error::Io`]; on failure the earlier version is untouched.
+    pub fn write_with(&self, name: &str, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+        let path = self.claim(name)?;
+        let part = part_of(&path);
+        let write = || -> io::Result<()> {
+            let mut out = BufWriter::new(File::create(&part)?);
+            fill(&mut out)?;
+            out.into_inner()?;
+            fs::rename(&part, &path)
+        };
+        write().map_err(|source| {
+            // What is half-written goes; a second failure here would only hide the first.
+            let _ = fs::remove_file(&part);
+            Error::Io { action: "write", path, source }
+        })
+    }
+
+    /// [`write_with`](RunFolder::write_with) for bytes at hand.
+    ///
+    /// # Errors
+    /// As `write_with`.
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<()> {
+        self.write_with(name, |out| out.write_all(content))
+    }
+
+    /// Writes `value` as indented JSON, aside and renamed.
+    ///
+    /// # Errors
+    /// [`Error::Json`] and those of [`write_with`](RunFolder::write_with).
+    pub fn write_json<T: serde::Serialize>(&self, name: &str, value: &T) -> Result<()> {
+        let mut text =
+            serde_json::to_vec_pretty(value).map_err(|source| Error::Json { path: self.file(name), source })?;
+        text.push(b'\n');
+        self.write(name, &text)
+    }
+
+    /// Opens a file that grows during the run (CSV, log), empty at first.
+    ///
+    /// # Errors
+    /// [`Error::BadName`], [`Error::ForeignFile`], [`Error::Io`].
+    pub fn stream(&self, name: &str) -> Result<(File, PathBuf)> {
+        let path = self.claim(name)?;
+        let file = File::create(&path).map_err(Error::io("create", &path))?;
+        Ok((file, path))
+    }
+
+    /// Enters `name` in the list of the run's files and makes its folder.
+    fn claim(&self, name: &str) -> Result<PathBuf> {
+        if !is_plain(name) {
+            return Err(Error::BadName { given: name.to_owned() });
+        }
+        let path = self.path.join(name);
+        let mut ledger = self.ledger.lock().unwrap_or_else(PoisonError::into_inner);
+        if ledger.names.contains(name) {
+            return Ok(path);
+        }
+        if fs::symlink_metadata(&path).is_ok() {
+            return Err(Error::ForeignFile { path });
+        }
+        ledger.file.write_all(format!("{name}\n").as_bytes()).map_err(Error::io("write", &self.path.join(LEDGER)))?;
+        ledger.names.insert(name.to_owned());
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).map_err(Error::io("create", parent))?;
+        }
+        Ok(path)
+    }
+}
+
+fn is_plain(name: &str) -> bool {
+    !name.is_empty()
+        && name != LEDGER
+        && !name.contains(['\n', '\r', '\\'])
+        && Path::new(name).components().all(|c| matches!(c, Component::Normal(_)))
+}
+
+fn part_of(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.part"))
+}
+
+/// Deletes the listed files of an earlier run, and the subfolders that this leaves empty.
+///
+/// A name that climbs out of the folder, or that passes through a symbolic link, is left alone: a list that somebody
+/// edited must not delete what is elsewhere.
+fn remove_earlier(folder: &Path, list: &str) -> Result<()> {
+    let mut parents = BTreeSet::new();
+    for name in list.lines().filter(|n| is_plain(n)) {
+        let path = folder.join(name);
+        let inside = path
+            .ancestors()
+            .skip(1)
+            .take_while(|a| *a != folder)
+            .all(|a| fs::symlink_metadata(a).is_ok_and(|m| m.is_dir()));
+        if !inside {
+            continue;
+        }
+        for file in [part_of(&path), path.clone()] {
+            match fs::remove_file(&file) {
+                Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                    return Err(Error::Io { action: "replace", path: file, source });
+                }
+                _ => {}
+            }
+        }
+        parents.extend(path.ancestors().skip(1).take_while(|a| *a != folder).map(Path::to_owned));
+    }
+    for parent in parents.iter().rev() {
+        // Fails on purpose for a folder that still holds somebody's files.
+        let _ = fs::remove_dir(parent);
+    }
+    Ok(())
+}
