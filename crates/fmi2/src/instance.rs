@@ -1,6 +1,6 @@
 //! One instance behind the C interface, in safe Rust: state machine, checks on every get and set, saved states.
 //!
-//! [`crate::export`] turns C calls into calls of this type; tests and Rust hosts may use it directly.
+//! [`mod@crate::export`] turns C calls into calls of this type; tests and Rust hosts may use it directly.
 
 use crate::state::{self, Saved};
 use crate::types::*;
@@ -124,7 +124,7 @@ impl Instance {
     pub fn poison(&mut self) {
         self.mode = Mode::Poisoned;
     }
-    /// End of the last successful step [s].
+    /// End of the last successful step (s).
     pub fn last_successful_time(&self) -> f64 {
         self.last_successful_time
     }

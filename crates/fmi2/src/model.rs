@@ -15,9 +15,9 @@ pub struct Model {
     pub description: &'static str,
     /// Its variables.
     pub table: Table,
-    /// Communication step other tools may start with [s].
+    /// Communication step other tools may start with (s).
     pub default_step: f64,
-    /// Stop time other tools may start with [s].
+    /// Stop time other tools may start with (s).
     pub default_stop: f64,
     /// Share of the cores relative to other units, for the master's default (a granular terrain 100, a vehicle 1).
     pub weight: f64,

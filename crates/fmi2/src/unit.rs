@@ -13,18 +13,18 @@ pub enum UnitError {
     /// The computation failed: no convergence, values that are not finite. `fmi2Error`; poisons the instance.
     #[error("{0}")]
     Numerical(String),
-    /// The step was done only up to `last_successful_time` [s]. `fmi2Discard`.
+    /// The step was done only up to `last_successful_time` (s). `fmi2Discard`.
     #[error("step discarded after t = {last_successful_time} s: {reason}")]
     Discard {
-        /// Time reached [s].
+        /// Time reached (s).
         last_successful_time: f64,
         /// Why no further.
         reason: String,
     },
-    /// The model has ended (`fmi2Terminated` is true) at this time [s]. `fmi2Discard`.
+    /// The model has ended (`fmi2Terminated` is true) at this time (s). `fmi2Discard`.
     #[error("the unit ended the run at t = {last_successful_time} s: {reason}")]
     Ended {
-        /// Time reached [s].
+        /// Time reached (s).
         last_successful_time: f64,
         /// Why.
         reason: String,
@@ -88,13 +88,16 @@ impl LogCategory {
     }
 }
 
+type Log<'a> = dyn FnMut(LogCategory, &str) + 'a;
+type Progress<'a> = dyn FnMut(&str, f64) -> bool + 'a;
+
 /// What a unit may ask of its environment during a call. It is not `Sync`: logs and progress come from the thread
 /// inside the FMI call only.
 pub struct Host<'a> {
     /// The FMU's `resources` folder, if the environment gave one.
     pub resources: Option<&'a Path>,
-    pub(crate) log: &'a RefCell<dyn FnMut(LogCategory, &str) + 'a>,
-    pub(crate) progress: &'a RefCell<dyn FnMut(&str, f64) -> bool + 'a>,
+    pub(crate) log: &'a RefCell<Log<'a>>,
+    pub(crate) progress: &'a RefCell<Progress<'a>>,
 }
 
 impl Host<'_> {
@@ -124,9 +127,9 @@ impl Host<'_> {
 /// A communication step.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
-    /// Start of the step [s].
+    /// Start of the step (s).
     pub time: f64,
-    /// Length of the step [s], positive.
+    /// Length of the step (s), positive.
     pub size: f64,
 }
 
@@ -155,7 +158,7 @@ pub enum Stage {
 /// After a call returned [`UnitError::Numerical`] or panicked, the instance is poisoned: only `restore`, reset and free
 /// follow. Other errors leave the unit as it was; a unit must not change itself before it has checked its input.
 pub trait Unit: Send {
-    /// The experiment: start time [s], stop time [s] if known.
+    /// The experiment: start time (s), stop time (s) if known.
     ///
     /// # Errors
     /// A start time the unit cannot take.

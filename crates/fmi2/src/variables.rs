@@ -362,13 +362,13 @@ pub struct CommonVars {
 /// Handles of a rigid state.
 #[derive(Clone, Copy, Debug)]
 pub struct StateVars {
-    /// Position [m].
+    /// Position (m).
     pub position: [RealVar; 3],
     /// Unit quaternion, scalar first, body to inertial.
     pub orientation: [RealVar; 4],
-    /// Velocity [m/s].
+    /// Velocity (m/s).
     pub velocity: [RealVar; 3],
-    /// Angular velocity in the inertial frame [rad/s].
+    /// Angular velocity in the inertial frame (rad/s).
     pub angular_velocity: [RealVar; 3],
 }
 
@@ -383,9 +383,9 @@ impl StateVars {
 /// Handles of a wrench.
 #[derive(Clone, Copy, Debug)]
 pub struct WrenchVars {
-    /// Force [N].
+    /// Force (N).
     pub force: [RealVar; 3],
-    /// Moment [N m].
+    /// Moment (N m).
     pub moment: [RealVar; 3],
 }
 

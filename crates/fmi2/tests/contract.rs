@@ -1,6 +1,7 @@
 //! The unit contract through the C functions: call order, wrong references, null pointers, NaN, panics, states.
 
 #![allow(clippy::undocumented_unsafe_blocks)] // every block calls the interface under test with pointers made beside it
+
 use std::ffi::{CString, c_char, c_void};
 use std::ptr::{null, null_mut};
 use terramech_fmi2::types::*;
@@ -82,16 +83,18 @@ unsafe extern "C" fn log(env: *mut c_void, _: *const c_char, _: i32, _: *const c
     log.push(message.to_str().unwrap().replace("%%", "%"));
 }
 
+type FixedLogger = unsafe extern "C" fn(*mut c_void, *const c_char, i32, *const c_char, *const c_char);
+
 struct Fmu {
     c: Fmi2Component,
+    #[allow(clippy::box_collection)] // its address is the callbacks' environment
     log: Box<Vec<String>>,
 }
 
 fn instantiate_with(guid: &str, kind: i32, name: &str) -> Fmu {
     let mut messages: Box<Vec<String>> = Box::default();
-    let logger: unsafe extern "C" fn(*mut c_void, *const c_char, i32, *const c_char, *const c_char) = log;
     let callbacks = Fmi2CallbackFunctions {
-        logger: Some(unsafe { std::mem::transmute::<_, Fmi2CallbackLogger>(logger) }),
+        logger: Some(unsafe { std::mem::transmute::<FixedLogger, Fmi2CallbackLogger>(log as FixedLogger) }),
         allocate_memory: None,
         free_memory: None,
         step_finished: None,
