@@ -1,0 +1,299 @@
+//! The validated plan of a run: everything resolved to indices, value references and whole numbers of base steps.
+//!
+//! A plan is what `check` makes and `run` executes; the run side need not look at a name again. Vectors keep the order of
+//! the description, and indices point into them: `component` into [`Plan::components`], `fmu` into [`Plan::fmus`].
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::archive::Unpacked;
+use crate::decimal::Clock;
+use crate::fault::{Fault, Place};
+use crate::model_description::{Kind, ModelDescription, Value};
+use crate::unit::{Linear, Unit};
+
+/// A validated system.
+#[derive(Clone, Debug, Serialize)]
+pub struct Plan {
+    /// Name of the system.
+    pub name: String,
+    /// The description file as given.
+    pub file: PathBuf,
+    /// The distinct FMUs; several components may share one.
+    pub fmus: Vec<Fmu>,
+    /// The instances, in file order.
+    pub components: Vec<Component>,
+    /// Scalar connections, in file order.
+    pub connections: Vec<Connection>,
+    /// Array connections, in file order.
+    pub arrays: Vec<ArrayConnection>,
+    /// How the connected values are exchanged in initialisation mode.
+    pub initialisation: Vec<InitialStage>,
+    /// Start, base step, number of steps.
+    pub clock: Clock,
+    /// What is written while the run goes.
+    pub recording: Recording,
+    /// Power bonds whose energy residual is summed.
+    pub bonds: Vec<PowerBond>,
+    /// Headline results.
+    pub summary: Vec<SummaryItem>,
+    /// Every input file read, for the manifest.
+    pub inputs: Vec<InputFile>,
+    /// Remarks of the check.
+    pub notes: Vec<Fault>,
+}
+
+impl Plan {
+    /// The model of a component.
+    pub fn model(&self, component: usize) -> &ModelDescription {
+        &self.fmus[self.components[component].fmu].model
+    }
+
+    /// `component.variable` of a port.
+    pub fn port_name(&self, port: &Port) -> String {
+        format!("{}.{}", self.components[port.component].name, self.model(port.component).variables[port.variable].name)
+    }
+
+    /// `component.array` of an array port.
+    pub fn array_name(&self, port: &ArrayPort) -> String {
+        format!("{}.{}", self.components[port.component].name, self.model(port.component).arrays[port.array].name)
+    }
+}
+
+/// An opened FMU.
+#[derive(Clone, Debug, Serialize)]
+pub struct Fmu {
+    /// The archive or folder.
+    pub path: PathBuf,
+    /// SHA-256 of the archive, lower-case hexadecimal; `None` for a folder.
+    pub sha256: Option<String>,
+    /// Its description.
+    #[serde(skip)]
+    pub model: Arc<ModelDescription>,
+    /// The unpacked files; removed with the last clone.
+    #[serde(skip)]
+    pub unpacked: Arc<Unpacked>,
+}
+
+/// One instance.
+#[derive(Clone, Debug, Serialize)]
+pub struct Component {
+    /// Instance name; nested systems give dotted names.
+    pub name: String,
+    /// Index into [`Plan::fmus`].
+    pub fmu: usize,
+    /// Values to set after instantiation, before initialisation mode; one per variable, in order of first mention.
+    pub settings: Vec<Setting>,
+    /// Communication step in base steps, at least 1.
+    pub multiple: u64,
+    /// Threads asked for in the description; `None`: the run shares them out.
+    pub threads: Option<u32>,
+    /// Where it runs.
+    pub placement: Placement,
+    /// Where it is described.
+    pub place: Place,
+}
+
+/// Placement under MPI. A run in one process ignores it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Placement {
+    /// First rank; `None`: the run chooses.
+    pub rank: Option<u32>,
+    /// Number of ranks, at least 1.
+    pub ranks: Option<u32>,
+}
+
+/// A value to set.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Setting {
+    /// Index into the model's variables.
+    pub variable: usize,
+    /// Value reference.
+    pub value_reference: u32,
+    /// Which `fmi2Set...` (an enumeration is set as an Integer).
+    pub kind: Kind,
+    /// The value, in the variable's own unit.
+    pub value: Value,
+}
+
+/// One end of a scalar connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct Port {
+    /// Index into [`Plan::components`].
+    pub component: usize,
+    /// Index into the model's variables.
+    pub variable: usize,
+    /// Value reference.
+    pub value_reference: u32,
+    /// Which `fmi2Get...` or `fmi2Set...`.
+    pub kind: Kind,
+}
+
+/// A scalar connection: output to input, or calculated parameter to parameter.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Connection {
+    /// Where the value is read.
+    pub from: Port,
+    /// Where it is set.
+    pub to: Port,
+    /// What happens to it on the way.
+    pub transform: Transform,
+    /// When it crosses.
+    pub when: When,
+    /// Order of extrapolation between communication points: 0 (hold), 1 or 2.
+    pub extrapolation: u8,
+    /// Where it is described.
+    pub place: Place,
+}
+
+/// When a connection is served.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum When {
+    /// In initialisation mode and at every communication point.
+    Always,
+    /// In initialisation mode only: the source is fixed or the target is a parameter.
+    Initially,
+}
+
+/// What a connection does to a value. Real to Real unless said otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum Transform {
+    /// The value as it is; source and target are of one kind.
+    Copy,
+    /// Unit conversion and linear transformation in one; also Integer to Real.
+    Linear(Linear),
+    /// Integer, Enumeration or Boolean (0, 1) through a table; values not in it go over unchanged.
+    Table(Vec<(i32, i32)>),
+}
+
+/// One end of an array connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct ArrayPort {
+    /// Index into [`Plan::components`].
+    pub component: usize,
+    /// Index into the model's arrays.
+    pub array: usize,
+    /// Value reference.
+    pub value_reference: u32,
+}
+
+/// An array connection, copied as it is (units are checked to be the same).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ArrayConnection {
+    /// Where it is read.
+    pub from: ArrayPort,
+    /// Where it is set.
+    pub to: ArrayPort,
+    /// [`Kind::Real`] or [`Kind::Integer`].
+    pub kind: Kind,
+    /// When it crosses.
+    pub when: When,
+    /// Where it is described.
+    pub place: Place,
+}
+
+/// One stage of the exchange in initialisation mode: read all its sources, then set all its targets. After the last
+/// stage the units leave initialisation mode. Every connection is in exactly one stage.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct InitialStage {
+    /// Indices into [`Plan::connections`].
+    pub connections: Vec<usize>,
+    /// Indices into [`Plan::arrays`].
+    pub arrays: Vec<usize>,
+}
+
+/// What is recorded.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Recording {
+    /// Columns of `results.csv`: connected sources and what the description chose, in component and variable order.
+    pub scalars: Vec<RecordedScalar>,
+    /// Datasets under `vtk/`.
+    pub vtk: Vec<VtkDataset>,
+}
+
+/// A column of `results.csv`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RecordedScalar {
+    /// What is read.
+    pub port: Port,
+    /// Unit for the header.
+    pub unit: Option<Unit>,
+    /// Period in base steps.
+    pub every: u64,
+}
+
+/// A time series of VTK files.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VtkDataset {
+    /// Name of the series, `vtk/NAME.pvd`.
+    pub name: String,
+    /// Period in base steps.
+    pub every: u64,
+    /// Point positions, 3 reals each.
+    pub position: ArrayPort,
+    /// Triangles, 3 indices each; `None`: a cloud of points.
+    pub triangle: Option<ArrayPort>,
+    /// Point data.
+    pub fields: Vec<VtkField>,
+}
+
+/// Point data of a [`VtkDataset`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VtkField {
+    /// Name in the file.
+    pub name: String,
+    /// The values; their number divided by the points' gives the components.
+    pub array: ArrayPort,
+    /// [`Kind::Real`] or [`Kind::Integer`].
+    pub kind: Kind,
+    /// For sparse data (`contact.force` of the vertices in `contact.index`): the points the values belong to; others are 0.
+    pub index: Option<ArrayPort>,
+}
+
+/// A power bond: pairs whose products are the power that crosses, force with velocity, moment with angular velocity.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PowerBond {
+    /// Name in results and messages.
+    pub name: String,
+    /// The pairs.
+    pub pairs: Vec<BondPair>,
+}
+
+/// Two connections in opposite directions whose product is a power, by index into [`Plan::connections`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct BondPair {
+    /// The connection that carries force or moment.
+    pub effort: usize,
+    /// The connection that carries velocity or angular velocity.
+    pub flow: usize,
+}
+
+/// A headline result: the mean of a variable over a window.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SummaryItem {
+    /// Name in `summary.json`.
+    pub name: String,
+    /// What is averaged.
+    pub port: Port,
+    /// Its unit.
+    pub unit: Option<Unit>,
+    /// Window from, in base steps from the start.
+    pub from: u64,
+    /// Window to, in base steps from the start, at most [`Clock::steps`].
+    pub to: u64,
+    /// The measured value beside it, in the same unit.
+    pub measured: Option<f64>,
+    /// Where the measured value is from.
+    pub source: Option<String>,
+}
+
+/// An input file of a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct InputFile {
+    /// Path.
+    pub path: PathBuf,
+    /// SHA-256, lower-case hexadecimal.
+    pub sha256: String,
+}
