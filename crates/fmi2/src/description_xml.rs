@@ -177,7 +177,10 @@ fn units(w: &mut W, vars: &[Variable]) -> std::io::Result<()> {
 fn annotations(w: &mut W, model: &Model) -> std::io::Result<()> {
     let vars = model.table.variables();
     group(w, "VendorAnnotations", &[], |w| {
-        group(w, "Tool", &[("name", TOOL.into())], |w| {
+        // The schema allows a Tool one child, and one Tool a name: a wrapper holds the list.
+        let tool = element("Tool", &[("name", TOOL.into())]);
+        w.write_event(Event::Start(tool.borrow()))?;
+        group(w, "Extension", &[("version", "1".into())], |w| {
             empty(w, "Weight", &[("value", model.weight.to_string())])?;
             for (vr, v) in vars.iter().enumerate().filter(|(_, v)| v.start.is_array()) {
                 let kind = if v.start == Start::RealArray { "Real" } else { "Integer" };
@@ -199,7 +202,8 @@ fn annotations(w: &mut W, model: &Model) -> std::io::Result<()> {
                 dependencies_of(w, "Scalar", &[("name", v.name.clone())], vars, v)?;
             }
             Ok(())
-        })
+        })?;
+        w.write_event(Event::End(tool.to_end()))
     })
 }
 

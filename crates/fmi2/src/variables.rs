@@ -292,7 +292,7 @@ impl Table {
         CommonVars { specification, threads }
     }
 
-    /// The 13 reals of a rigid state under `prefix` ("wheel[1]" or "" for none).
+    /// The 13 reals of a rigid state under `prefix` (such as `wheel`; empty for none).
     pub fn state(&mut self, prefix: &str, output: bool, what: &str) -> StateVars {
         let dot = if prefix.is_empty() { "" } else { "." };
         let make = |t: &mut Self, name: &str, unit, start, text: &str| {
