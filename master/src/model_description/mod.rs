@@ -6,7 +6,7 @@
 
 mod read;
 mod structure;
-mod types;
+pub(crate) mod types;
 mod variables;
 
 use std::collections::HashMap;
@@ -47,6 +47,8 @@ pub struct ModelDescription {
     pub variables: Vec<Variable>,
     /// Our arrays.
     pub arrays: Vec<ArrayVariable>,
+    /// Share of the cores relative to other units, from our annotation (1 where nothing is said).
+    pub weight: f64,
     /// `ModelStructure/InitialUnknowns`: scalar -> what its initial value depends on.
     #[serde(skip)]
     pub initial_unknowns: HashMap<usize, Dependencies>,

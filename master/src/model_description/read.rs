@@ -39,7 +39,8 @@ pub fn read(bytes: &[u8], file: &Path, faults: &mut Faults) -> Option<ModelDescr
         generation_tool: root.attribute("generationTool").map(str::to_owned),
         co_simulation: co_simulation(root, faults),
         default_experiment: root.child("DefaultExperiment").map(|e| default_experiment(e, faults)).unwrap_or_default(),
-        ..ModelDescription::default()
+        weight: 1.0,
+        ..Default::default()
     };
     if let Some(list) = root.child("LogCategories") {
         let names = list.all("Category").filter_map(|e| e.required("name", faults).map(str::to_owned));
@@ -56,7 +57,10 @@ pub fn read(bytes: &[u8], file: &Path, faults: &mut Faults) -> Option<ModelDescr
     }
     for tool in root.children().filter(|e| e.name() == "VendorAnnotations").flat_map(|e| e.all("Tool")) {
         if tool.attribute("name") == Some(TOOL) {
-            variables::read_arrays(tool, &names, &mut model, faults);
+            // FMI's schema allows a `Tool` one child: ours is `Extension`, which holds the list.
+            let list = tool.child("Extension").unwrap_or(tool);
+            model.weight = list.child("Weight").and_then(|w| w.attribute("value")?.parse().ok()).unwrap_or(1.0);
+            variables::read_arrays(list, &names, &mut model, faults);
         }
     }
     (faults.len() == before).then_some(model)

@@ -168,8 +168,8 @@ pub fn read_arrays(tool: Element<'_>, names: &Names, model: &mut ModelDescriptio
             }
             causality
         });
-        let variability = e.parsed("variability", "fixed or continuous", faults, |word| {
-            Variability::of(word).filter(|v| matches!(v, Variability::Fixed | Variability::Continuous))
+        let variability = e.parsed("variability", "fixed, discrete or continuous", faults, |word| {
+            Variability::of(word).filter(|v| matches!(v, Variability::Fixed | Variability::Discrete | Variability::Continuous))
         });
         let unit = e.attribute("unit").map(|unit| names.unit(unit, e, model, faults));
         let (Some(name), Some(value_reference), Some(kind), Some(causality)) = (name, value_reference, kind, causality)
