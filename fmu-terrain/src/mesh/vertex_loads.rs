@@ -1,0 +1,189 @@
+//! From contact forces to forces on vertices, summed over a communication step.
+
+use super::body::MeshBody;
+use crate::dem::vec3::{Vec3, add, add_scaled, cross, dot, scale, sub};
+
+/// Forces on the three corners of a facet that together are the force `f` (N) acting at point `p` (m) and the couple `m`
+/// (N m): sum f_k = f and sum x_k x f_k = p x f + m, to round-off. `b` are barycentric weights (they sum to 1), best those
+/// of the point of the facet nearest to `p`; whatever moment they leave is carried as a couple.
+///
+/// The couple becomes f_k += a x (x_k - g), g the centroid: the least forces that do it, with a from the 3 x 3 inertia-like
+/// matrix of the corners. **A facet without area cannot carry a couple about its line**: then `Err` gives the forces
+/// b_k f alone, and the couple they leave out, which the caller has to put elsewhere ([`VertexLoads`] spreads it over the
+/// whole body).
+#[inline]
+pub fn to_vertices(x: [Vec3; 3], b: [f64; 3], f: Vec3, p: Vec3, m: Vec3) -> Result<[Vec3; 3], ([Vec3; 3], Vec3)> {
+    let at: Vec3 = std::array::from_fn(|k| b[0] * x[0][k] + b[1] * x[1][k] + b[2] * x[2][k]);
+    let couple = add(m, cross(sub(p, at), f));
+    let mut forces = b.map(|w| scale(w, f));
+    if couple == [0.0; 3] {
+        return Ok(forces);
+    }
+    // From differences of corners: a centroid in world coordinates would cost the digits of the distance to the origin.
+    let (u, v) = (sub(x[1], x[0]), sub(x[2], x[0]));
+    let g = scale(1.0 / 3.0, add(u, v));
+    let arms = [scale(-1.0, g), sub(u, g), sub(v, g)];
+    let Some(inverse) = Spread::new(arms.iter().copied()) else { return Err((forces, couple)) };
+    let a = inverse.solve(couple);
+    let (f1, f2) = (cross(a, arms[1]), cross(a, arms[2]));
+    forces[0] = sub(forces[0], add(f1, f2));
+    forces[1] = add(forces[1], f1);
+    forces[2] = add(forces[2], f2);
+    Ok(forces)
+}
+
+/// Solves sum y x (a x y) = m for a, over arms y from a common centroid.
+struct Spread {
+    /// sum (|y|^2 1 - y y'): xx, yy, zz, xy, xz, yz.
+    j: [f64; 6],
+    det: f64,
+}
+
+impl Spread {
+    /// `None` if the arms lie on a line, nearly.
+    #[inline]
+    fn new(arms: impl Iterator<Item = Vec3>) -> Option<Self> {
+        let mut j = [0.0; 6];
+        for y in arms {
+            let [xx, yy, zz] = [y[0] * y[0], y[1] * y[1], y[2] * y[2]];
+            j[0] += yy + zz;
+            j[1] += xx + zz;
+            j[2] += xx + yy;
+            j[3] -= y[0] * y[1];
+            j[4] -= y[0] * y[2];
+            j[5] -= y[1] * y[2];
+        }
+        let det = j[0] * (j[1] * j[2] - j[5] * j[5]) - j[3] * (j[3] * j[2] - j[5] * j[4])
+            + j[4] * (j[3] * j[5] - j[1] * j[4]);
+        let trace = j[0] + j[1] + j[2];
+        // det/trace^3 is about (height/length)^2: flatter than 1e-6, round-off would eat the balance.
+        (det > 1e-12 * trace * trace * trace).then_some(Self { j, det })
+    }
+
+    #[inline]
+    fn solve(&self, m: Vec3) -> Vec3 {
+        let [a, b, c, d, e, f] = self.j;
+        let once = |m: Vec3| -> Vec3 {
+            [
+                ((b * c - f * f) * m[0] + (e * f - d * c) * m[1] + (d * f - b * e) * m[2]) / self.det,
+                ((e * f - d * c) * m[0] + (a * c - e * e) * m[1] + (d * e - a * f) * m[2]) / self.det,
+                ((d * f - b * e) * m[0] + (d * e - a * f) * m[1] + (a * b - d * d) * m[2]) / self.det,
+            ]
+        };
+        let x = once(m);
+        // Once more on what is left: a flat facet loses digits in the cofactors.
+        let back = [a * x[0] + d * x[1] + e * x[2], d * x[0] + b * x[1] + f * x[2], e * x[0] + f * x[1] + c * x[2]];
+        add(x, once(sub(m, back)))
+    }
+}
+
+/// What grains did to a body since the last communication point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VertexLoads {
+    /// Impulse on each vertex, in N s.
+    impulse: Vec<Vec3>,
+    /// Couples (N m s) that no facet could carry.
+    stray: Vec3,
+    /// Impulse on the body, and its moment about the body's centre as it moved, in N s and N m s.
+    total: Vec3,
+    total_moment: Vec3,
+}
+
+impl VertexLoads {
+    /// Nothing yet, for a body of so many vertices. Keeps its memory.
+    pub fn clear(&mut self, vertices: usize) {
+        self.impulse.clear();
+        self.impulse.resize(vertices, [0.0; 3]);
+        (self.stray, self.total, self.total_moment) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+    }
+
+    /// Adds force `f` (N) on the body at point `p` of facet `t`, barycentric weights `b`, and couple `m` (N m), over the
+    /// inner step `h` (s), with the body as it lies now. Calls must come in an order that depends on the state alone.
+    pub fn add(&mut self, body: &MeshBody, t: u32, b: [f64; 3], f: Vec3, p: Vec3, m: Vec3, h: f64) {
+        let forces = match to_vertices(body.corners(t), b, f, p, m) {
+            Ok(forces) => forces,
+            Err((forces, couple)) => {
+                self.stray = add_scaled(self.stray, h, couple);
+                forces
+            }
+        };
+        for (v, f) in body.triangles()[t as usize].iter().zip(forces) {
+            let sum = &mut self.impulse[*v as usize];
+            *sum = add_scaled(*sum, h, f);
+        }
+        self.total = add_scaled(self.total, h, f);
+        let moment = add(m, cross(sub(p, body.center()), f));
+        self.total_moment = add_scaled(self.total_moment, h, moment);
+    }
+
+    /// Mean wrench over `span` s: force (N), and moment (N m) about the body's centre as it moved.
+    pub fn wrench(&self, span: f64) -> (Vec3, Vec3) {
+        (scale(1.0 / span, self.total), scale(1.0 / span, self.total_moment))
+    }
+
+    /// Mean forces over `span` s: indices of the vertices with force, ascending, and their forces (N, three each).
+    /// Couples that no facet could carry are spread over all vertices of the body.
+    pub fn means(&self, body: &MeshBody, span: f64, index: &mut Vec<i32>, force: &mut Vec<f64>) {
+        index.clear();
+        force.clear();
+        let x = body.positions();
+        let g = scale(1.0 / x.len() as f64, x.iter().fold([0.0; 3], |s, &p| add(s, p)));
+        let stray = (self.stray != [0.0; 3])
+            .then(|| Spread::new(x.iter().map(|&p| sub(p, g))).map(|s| s.solve(self.stray)))
+            .flatten();
+        for (v, impulse) in self.impulse.iter().enumerate() {
+            let impulse = stray.map_or(*impulse, |a| add(*impulse, cross(a, sub(x[v], g))));
+            if dot(impulse, impulse) > 0.0 {
+                index.push(v as i32);
+                force.extend(impulse.map(|i| i / span));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dem::vec3::norm;
+
+    /// A fixed pseudo-random sequence in -1..1.
+    fn noise(seed: &mut u64) -> f64 {
+        *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (*seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    #[test]
+    fn force_and_moment_balance_to_round_off() {
+        let mut seed = 7;
+        let mut vector = || [noise(&mut seed), noise(&mut seed), noise(&mut seed)];
+        for flatness in [1.0, 1e-2, 1e-4] {
+            for _ in 0..500 {
+                let (o, u, w) = (vector(), scale(0.02, vector()), scale(0.02 * flatness, vector()));
+                // A sliver has its third corner near the side between the other two.
+                let x = [o, add(o, u), add(add(o, scale(0.5, u)), w)];
+                let (f, m) = (scale(50.0, vector()), scale(0.01, vector()));
+                let raw = vector().map(f64::abs);
+                let sum: f64 = raw.iter().sum();
+                let b = raw.map(|k| k / sum);
+                let p = add(o, scale(0.01, vector()));
+                let Ok(forces) = to_vertices(x, b, f, p, m) else { continue };
+                let total = forces.iter().fold([0.0; 3], |s, &k| add(s, k));
+                let size: f64 = forces.iter().map(|&k| norm(k)).sum();
+                assert!(norm(sub(total, f)) < 1e-14 * size);
+                let moment = (0..3).fold([0.0; 3], |s, k| add(s, cross(sub(x[k], o), forces[k])));
+                let asked = add(m, cross(sub(p, o), f));
+                // Positions are of size 1 and carry its round-off.
+                assert!(norm(sub(moment, asked)) < 5e-15 * size, "{flatness}: {:e}", norm(sub(moment, asked)) / size);
+            }
+        }
+    }
+
+    #[test]
+    fn a_facet_without_area_hands_its_couple_back() {
+        let x = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+        let (forces, couple) =
+            to_vertices(x, [0.5, 0.5, 0.0], [0.0, 0.0, 4.0], [0.5, 0.1, 0.0], [0.3, 0.0, 0.0]).unwrap_err();
+        assert_eq!(forces, [[0.0, 0.0, 2.0], [0.0, 0.0, 2.0], [0.0; 3]]);
+        assert!(norm(sub(couple, [0.7, 0.0, 0.0])) < 1e-15);
+    }
+}
