@@ -1,0 +1,190 @@
+//! Grains as rows of 16 reals, and the whole state of a bed.
+//!
+//! One row is two cache lines: all that a contact reads of a grain comes in one piece, and a later vector kernel can
+//! load and transpose rows without gathers. Rows lie in *canonical order*: by cell of the neighbour grid, x slowest,
+//! then by grain number. The order follows from the state alone (positions at the last rebuild), never from threads.
+
+use super::grid::Grid;
+use super::slab::Slab;
+use super::vec3::{Vec3, dot};
+use serde::{Deserialize, Serialize};
+
+/// A grain: position (0-2), radius (3), velocity (4-6), 1/mass (7), angular velocity (8-10), material (11), position
+/// at the last rebuild (12-14), 1/moment of inertia (15). A fixed grain has 1/mass = 0.
+pub type Row = [f64; 16];
+
+/// Radius [m].
+pub const R: usize = 3;
+/// First component of the velocity [m/s].
+pub const V: usize = 4;
+/// 1/mass [1/kg], 0 for a fixed grain.
+pub const INV_M: usize = 7;
+/// First component of the angular velocity [rad/s].
+pub const W: usize = 8;
+/// Material, an index as a real.
+pub const MATERIAL: usize = 11;
+/// First component of the position at the last rebuild [m].
+pub const X0: usize = 12;
+/// 1/moment of inertia [1/(kg m2)], 0 for a fixed grain.
+pub const INV_I: usize = 15;
+
+/// Three neighbouring entries of a row as a vector.
+#[inline(always)]
+pub fn vec_at(row: &Row, at: usize) -> Vec3 {
+    [row[at], row[at + 1], row[at + 2]]
+}
+
+/// A grain to be placed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grain {
+    /// Position of the centre [m].
+    pub position: Vec3,
+    /// Velocity [m/s].
+    pub velocity: Vec3,
+    /// Angular velocity [rad/s].
+    pub angular_velocity: Vec3,
+    /// Radius [m].
+    pub radius: f64,
+    /// Density [kg/m3].
+    pub density: f64,
+    /// Material index.
+    pub material: usize,
+    /// Held in place.
+    pub fixed: bool,
+}
+
+impl Grain {
+    /// A grain at rest, of material 0.
+    pub fn at(position: Vec3, radius: f64, density: f64) -> Self {
+        let zero = [0.0; 3];
+        Self { position, velocity: zero, angular_velocity: zero, radius, density, material: 0, fixed: false }
+    }
+
+    /// Its row.
+    pub fn row(&self) -> Row {
+        let mass = self.density * 4.0 / 3.0 * std::f64::consts::PI * self.radius.powi(3);
+        let inv_m = if self.fixed { 0.0 } else { 1.0 / mass };
+        let [x, v, w] = [self.position, self.velocity, self.angular_velocity];
+        let inv_i = inv_m * 2.5 / (self.radius * self.radius);
+        [
+            x[0],
+            x[1],
+            x[2],
+            self.radius,
+            v[0],
+            v[1],
+            v[2],
+            inv_m,
+            w[0],
+            w[1],
+            w[2],
+            self.material as f64,
+            x[0],
+            x[1],
+            x[2],
+            inv_i,
+        ]
+    }
+}
+
+/// The whole state of a bed: plain data. A copy of it continues bit for bit.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct DemState {
+    /// Steps done since the bed was made.
+    pub steps: u64,
+    /// Simulated time [s] (a sum over steps, since the step may change between settling and running).
+    pub time: f64,
+    /// Grains in canonical order.
+    pub rows: Vec<Row>,
+    /// Grain numbers in canonical order; 0 .. number of grains ever placed.
+    pub ids: Vec<u32>,
+    /// Net contact force on each grain at the end of the last communication step [N], canonical order.
+    pub force: Vec<Vec3>,
+    /// The neighbour grid of the last rebuild.
+    pub grid: Grid,
+    /// Regions with their pair lists and histories.
+    pub slabs: Vec<Slab>,
+    /// The lists must be rebuilt before the next step.
+    pub stale: bool,
+    /// Rebuilds done.
+    pub rebuilds: u64,
+    /// Factor on all adhesion, 0 to 1.
+    pub adhesion_scale: f64,
+    /// Force on each wall at the last step [N].
+    pub wall_force: Vec<Vec3>,
+    /// Work done by bodies on grains since the start [J].
+    pub body_work: f64,
+    /// Energy (kinetic, potential, elastic) and body work when the account was opened [J].
+    pub energy_account: Option<[f64; 2]>,
+}
+
+impl DemState {
+    /// Translational and rotational kinetic energy [J]; fixed grains count nothing.
+    pub fn kinetic_energy(&self) -> f64 {
+        self.rows
+            .iter()
+            .filter(|r| r[INV_M] > 0.0)
+            .map(|r| {
+                let (v, w) = (vec_at(r, V), vec_at(r, W));
+                0.5 * dot(v, v) / r[INV_M] + 0.5 * dot(w, w) / r[INV_I]
+            })
+            .sum()
+    }
+
+    /// Mass of all grains that are not fixed [kg].
+    pub fn mass(&self) -> f64 {
+        self.rows.iter().filter(|r| r[INV_M] > 0.0).map(|r| 1.0 / r[INV_M]).sum()
+    }
+
+    /// Contacts between grains.
+    pub fn grain_contacts(&self) -> usize {
+        self.slabs.iter().map(|s| s.slip.iter().filter(|h| h[3] != 0.0).count()).sum()
+    }
+
+    /// Contacts of grains with walls and bodies.
+    pub fn boundary_contacts(&self) -> usize {
+        self.slabs.iter().map(|s| s.walls.iter().filter(|w| w.slip[3] != 0.0).count() + s.bodies.len()).sum()
+    }
+
+    /// Indices of the rows, ordered by grain number: the order that does not change over a run.
+    pub fn by_id(&self) -> Vec<u32> {
+        let mut order: Vec<u32> = (0..self.ids.len() as u32).collect();
+        order.sort_unstable_by_key(|&i| self.ids[i as usize]);
+        order
+    }
+
+    /// FNV-1a over everything that the next steps depend on: equal states have equal hashes.
+    pub fn hash(&self) -> u64 {
+        let mut h = Fnv(0xcbf2_9ce4_8422_2325);
+        h.word(self.steps);
+        for (row, &id) in self.rows.iter().zip(&self.ids) {
+            h.word(u64::from(id));
+            row.iter().for_each(|x| h.word(x.to_bits()));
+        }
+        for s in &self.slabs {
+            h.word(u64::from(s.first));
+            s.other.iter().for_each(|&j| h.word(u64::from(j)));
+            s.slip.iter().flatten().for_each(|x| h.word(x.to_bits()));
+            s.roll.iter().flatten().for_each(|x| h.word(x.to_bits()));
+            for w in &s.walls {
+                h.word(u64::from(w.grain));
+                w.slip.iter().chain(&w.roll).for_each(|x| h.word(x.to_bits()));
+            }
+            for b in &s.bodies {
+                h.word(u64::from(b.grain));
+                b.slip.iter().chain(&b.roll).for_each(|x| h.word(x.to_bits()));
+            }
+        }
+        h.0
+    }
+}
+
+struct Fnv(u64);
+
+impl Fnv {
+    fn word(&mut self, w: u64) {
+        for byte in w.to_le_bytes() {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! The neighbour grid: cubic cells, numbered linearly with x slowest and z fastest.
+//!
+//! Linear order, not a space-filling curve: layers of constant x are contiguous in memory, which makes slabs
+//! contiguous ranges, and a column of three cells in z is one range of grains in the search. (Measured on a throw-away
+//! kernel: Morton order is 15 % slower and rules slabs out.)
+
+use super::grains::Row;
+use super::vec3::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Cells over a region. Grains outside belong to the nearest border cell, so that none is lost: clamping never moves
+/// two positions apart, so neighbours stay in neighbouring cells.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Grid {
+    /// Corner of the first cell [m].
+    pub origin: Vec3,
+    /// Edge length [m].
+    pub size: f64,
+    /// Cells along x, y, z.
+    pub n: [usize; 3],
+}
+
+impl Grid {
+    /// A grid around the grains, cells of at least `size`. Far outliers do not stretch it: where the box around all
+    /// would need many more cells than there are grains, it ends four standard deviations from the mean.
+    pub fn around(rows: &[Row], size: f64) -> Self {
+        let most = 8 * rows.len() + 4096;
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for r in rows {
+            for k in 0..3 {
+                low[k] = low[k].min(r[k]);
+                high[k] = high[k].max(r[k]);
+            }
+        }
+        if Self::over(low, high, size).cells() > most {
+            let count = rows.len() as f64;
+            for k in 0..3 {
+                let mean = rows.iter().map(|r| r[k]).sum::<f64>() / count;
+                let spread = (rows.iter().map(|r| (r[k] - mean) * (r[k] - mean)).sum::<f64>() / count).sqrt();
+                low[k] = low[k].max(mean - 4.0 * spread);
+                high[k] = high[k].min(mean + 4.0 * spread);
+            }
+        }
+        let mut grid = Self::over(low, high, size);
+        while grid.cells() > most {
+            grid = Self::over(low, high, grid.size * 1.5);
+        }
+        grid
+    }
+
+    fn over(low: Vec3, high: Vec3, size: f64) -> Self {
+        // Far more cells than memory would overflow an integer: the cap keeps the product finite.
+        let along = |k: usize| (((high[k] - low[k]) / size) as usize).min(1 << 20) + 1;
+        Self { origin: low, size, n: [along(0), along(1), along(2)] }
+    }
+
+    /// Number of cells.
+    pub fn cells(&self) -> usize {
+        self.n[0] * self.n[1] * self.n[2]
+    }
+
+    /// Cells in a layer of constant x.
+    pub fn layer(&self) -> usize {
+        self.n[1] * self.n[2]
+    }
+
+    /// Cell along each axis.
+    #[inline]
+    pub fn place(&self, x: &[f64]) -> [usize; 3] {
+        let inv = 1.0 / self.size;
+        // A negative or large quotient saturates in the cast: the border cell.
+        let along = |k: usize| (((x[k] - self.origin[k]) * inv) as usize).min(self.n[k] - 1);
+        [along(0), along(1), along(2)]
+    }
+
+    /// Number of the cell.
+    #[inline]
+    pub fn index(&self, c: [usize; 3]) -> usize {
+        (c[0] * self.n[1] + c[1]) * self.n[2] + c[2]
+    }
+}
+
+/// Grains sorted by cell, then grain number.
+pub struct Sorted {
+    /// Old place of the grain at each new place.
+    pub order: Vec<u32>,
+    /// First grain of each cell, one more than there are cells.
+    pub start: Vec<u32>,
+}
+
+/// Counting sort by cell, then by grain number within a cell.
+pub fn sort(grid: &Grid, rows: &[Row], ids: &[u32]) -> Sorted {
+    let cell: Vec<u32> = rows.iter().map(|r| grid.index(grid.place(&r[..3])) as u32).collect();
+    let mut start = vec![0_u32; grid.cells() + 1];
+    for &c in &cell {
+        start[c as usize + 1] += 1;
+    }
+    for c in 1..start.len() {
+        start[c] += start[c - 1];
+    }
+    let mut next = start.clone();
+    let mut order = vec![0_u32; rows.len()];
+    for (i, &c) in cell.iter().enumerate() {
+        let at = &mut next[c as usize];
+        order[*at as usize] = i as u32;
+        *at += 1;
+    }
+    for c in 0..grid.cells() {
+        let cell = &mut order[start[c] as usize..start[c + 1] as usize];
+        if cell.len() > 1 {
+            cell.sort_unstable_by_key(|&i| ids[i as usize]);
+        }
+    }
+    Sorted { order, start }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(x: f64, y: f64, z: f64) -> Row {
+        let mut r = [0.0; 16];
+        r[..3].copy_from_slice(&[x, y, z]);
+        r
+    }
+
+    #[test]
+    fn an_outlier_does_not_stretch_the_grid() {
+        let mut rows: Vec<Row> =
+            (0..1000).map(|i| row(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100))).collect();
+        rows.push(row(1e7, 0.0, 0.0));
+        let grid = Grid::around(&rows, 1.0);
+        assert!(grid.cells() <= 8 * rows.len() + 4096);
+        assert_eq!(grid.place(&rows[1000][..3])[0], grid.n[0] - 1);
+    }
+
+    #[test]
+    fn the_order_depends_on_positions_and_numbers_alone() {
+        let rows = [row(2.5, 0.1, 0.1), row(0.1, 0.1, 0.1), row(0.2, 0.2, 0.2)];
+        let grid = Grid::around(&rows, 1.0);
+        assert_eq!(sort(&grid, &rows, &[5, 9, 7]).order, [2, 1, 0]);
+        let turned = [rows[2], rows[0], rows[1]];
+        assert_eq!(sort(&grid, &turned, &[7, 5, 9]).order, [0, 2, 1]);
+    }
+}

@@ -1,0 +1,308 @@
+//! The contact kernels of one slab: grain-grain, grain-wall, grain-body. Scalar and portable; the reference for any
+//! vector kernel.
+
+use super::body::{Body, BodyLoad, BodyTouch, solve3};
+use super::contact::{Load, Options, Roll, Slip, Touch, evaluate};
+use super::grains::{INV_M, MATERIAL, R, Row, V, W, vec_at};
+use super::law::Law;
+use super::material::PairTable;
+use super::slab::{BodyPair, Scratch, Slab};
+use super::vec3::{Vec3, add, add_scaled, cross, dot, norm, reject, scale, sub};
+use super::wall::Wall;
+
+/// All that the kernels read.
+pub struct World<'a> {
+    /// All grains.
+    pub rows: &'a [Row],
+    /// Materials in pairs.
+    pub pairs: &'a PairTable,
+    /// Walls.
+    pub walls: &'a [Wall],
+    /// Bodies, moved to this step's time.
+    pub bodies: &'a [Body],
+    /// Step and switches.
+    pub options: Options,
+}
+
+/// Told of every contact: for diagnostics. The kernels take `()` in a run, which costs nothing.
+pub trait Observer {
+    /// A contact of grain row `i` with `partner`, force on i, normal towards i.
+    fn contact(&mut self, i: usize, partner: Partner, touch: &Touch, load: &Load, slip: &Slip);
+}
+
+impl Observer for () {
+    #[inline(always)]
+    fn contact(&mut self, _: usize, _: Partner, _: &Touch, _: &Load, _: &Slip) {}
+}
+
+/// With what a grain is in contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Partner {
+    /// Row of another grain.
+    Grain(usize),
+    /// Number of a wall.
+    Wall(usize),
+    /// Number of a body.
+    Body(usize),
+}
+
+/// All contacts of a slab.
+pub fn contacts<L: Law, const ROLL: bool>(
+    law: L,
+    world: &World,
+    slab: &mut Slab,
+    scratch: &mut Scratch,
+    observer: &mut impl Observer,
+) {
+    scratch.force.clear();
+    scratch.force.resize((slab.halo - slab.first) as usize, [0.0; 8]);
+    grain_grain::<L, ROLL>(law, world, slab, scratch, observer);
+    grain_wall::<L, ROLL>(law, world, slab, scratch, observer);
+    grain_body::<L, ROLL>(law, world, slab, scratch, observer);
+}
+
+fn grain_grain<L: Law, const ROLL: bool>(
+    law: L,
+    world: &World,
+    slab: &mut Slab,
+    scratch: &mut Scratch,
+    observer: &mut impl Observer,
+) {
+    let first = slab.first as usize;
+    let rows = world.rows;
+    let force = &mut scratch.force[..];
+    for i in slab.grains() {
+        let a = &rows[i];
+        let (xa, va, wa) = (vec_at(a, 0), vec_at(a, V), vec_at(a, W));
+        let (mut fa, mut ta) = ([0.0; 3], [0.0; 3]);
+        let k = i - first;
+        let list = slab.start[k] as usize..slab.start[k + 1] as usize;
+        let others = &slab.other[list.clone()];
+        let slips = &mut slab.slip[list.clone()];
+        for (p, (&j, slip)) in others.iter().zip(slips).enumerate() {
+            let j = j as usize;
+            let b = &rows[j];
+            let d = sub(xa, vec_at(b, 0));
+            let d2 = dot(d, d);
+            let reach = a[R] + b[R];
+            let inv_m = a[INV_M] + b[INV_M];
+            if d2 >= reach * reach || inv_m == 0.0 {
+                if slip[3] != 0.0 {
+                    *slip = Slip::default();
+                    if ROLL {
+                        slab.roll[list.start + p] = Roll::default();
+                    }
+                }
+                continue;
+            }
+            let dist = d2.sqrt();
+            let n = scale(1.0 / dist, d);
+            let delta = reach - dist;
+            // The contact point halves the overlap: then the levers add up to the distance of the centres, and angular
+            // momentum is conserved to round-off.
+            let (la, lb) = (a[R] - 0.5 * delta, b[R] - 0.5 * delta);
+            let wb = vec_at(b, W);
+            let dv = sub(va, vec_at(b, V));
+            let v = sub(dv, cross(add_scaled(scale(la, wa), lb, wb), n));
+            let r_eff = a[R] * b[R] / reach;
+            let touch = Touch {
+                n,
+                delta,
+                r_eff,
+                r_adhesion: a[R].min(b[R]),
+                inv_m,
+                inv_mr2: if ROLL { a[INV_M] / (a[R] * a[R]) + b[INV_M] / (b[R] * b[R]) } else { 0.0 },
+                v,
+                w_rel: if ROLL { sub(wa, wb) } else { [0.0; 3] },
+                spin: 0.5 * dot(add(wa, wb), n),
+                tilt: if ROLL { scale(1.0 / dist, cross(n, dv)) } else { [0.0; 3] },
+            };
+            let pair = world.pairs.get(a[MATERIAL] as usize, b[MATERIAL] as usize);
+            let roll = if ROLL { Some(&mut slab.roll[list.start + p]) } else { None };
+            let load = evaluate::<L, ROLL>(&law, pair, &world.options, &touch, slip, roll);
+            observer.contact(i, Partner::Grain(j), &touch, &load, slip);
+            let f = add_scaled(load.tangential, load.normal, n);
+            let q = cross(n, load.tangential);
+            fa = add(fa, f);
+            ta = add(add_scaled(ta, -la, q), load.couple);
+            let o = &mut force[j - first];
+            for c in 0..3 {
+                o[c] -= f[c];
+                o[4 + c] -= lb * q[c] + load.couple[c];
+            }
+        }
+        add_to(&mut force[k], fa, ta);
+    }
+}
+
+#[inline(always)]
+fn add_to(o: &mut [f64; 8], f: Vec3, t: Vec3) {
+    for c in 0..3 {
+        o[c] += f[c];
+        o[4 + c] += t[c];
+    }
+}
+
+/// Kinematics against something flat and infinitely heavy that moves with `v_j`, `w_j` at the contact point; `lever`
+/// from the grain's centre to that point.
+#[inline(always)]
+fn against(row: &Row, n: Vec3, delta: f64, lever: Vec3, v_j: Vec3, w_j: Vec3) -> Touch {
+    let w = vec_at(row, W);
+    Touch {
+        n,
+        delta,
+        r_eff: row[R],
+        r_adhesion: row[R],
+        inv_m: row[INV_M],
+        inv_mr2: row[INV_M] / (row[R] * row[R]),
+        v: sub(add(vec_at(row, V), cross(w, lever)), v_j),
+        w_rel: sub(w, w_j),
+        spin: 0.5 * dot(add(w, w_j), n),
+        tilt: reject(w_j, n),
+    }
+}
+
+fn grain_wall<L: Law, const ROLL: bool>(
+    law: L,
+    world: &World,
+    slab: &mut Slab,
+    scratch: &mut Scratch,
+    observer: &mut impl Observer,
+) {
+    scratch.wall_force.clear();
+    scratch.wall_force.resize(world.walls.len(), [0.0; 3]);
+    for pair in &mut slab.walls {
+        let row = &world.rows[pair.grain as usize];
+        let wall = &world.walls[pair.wall as usize];
+        let distance = wall.distance(row);
+        let delta = row[R] - distance;
+        if delta <= 0.0 || row[INV_M] == 0.0 {
+            pair.slip = Slip::default();
+            pair.roll = Roll::default();
+            continue;
+        }
+        let n = wall.normal;
+        let lever = scale(-distance, n);
+        let touch = against(row, n, delta, lever, [0.0; 3], [0.0; 3]);
+        let material = world.pairs.get(row[MATERIAL] as usize, wall.material);
+        let load = evaluate::<L, ROLL>(&law, material, &world.options, &touch, &mut pair.slip, Some(&mut pair.roll));
+        observer.contact(pair.grain as usize, Partner::Wall(pair.wall as usize), &touch, &load, &pair.slip);
+        let f = add_scaled(load.tangential, load.normal, n);
+        let t = add(cross(lever, f), load.couple);
+        add_to(&mut scratch.force[(pair.grain - slab.first) as usize], f, t);
+        let total = &mut scratch.wall_force[pair.wall as usize];
+        *total = sub(*total, f);
+    }
+}
+
+fn grain_body<L: Law, const ROLL: bool>(
+    law: L,
+    world: &World,
+    slab: &mut Slab,
+    scratch: &mut Scratch,
+    observer: &mut impl Observer,
+) {
+    scratch.body_loads.clear();
+    scratch.body_pairs.clear();
+    if world.bodies.is_empty() {
+        slab.bodies.clear();
+        return;
+    }
+    let mut touches = Vec::new();
+    let mut known = slab.bodies.iter().peekable();
+    for (b, body) in world.bodies.iter().enumerate() {
+        let [low, high] = body.shape.bounds();
+        for i in slab.grains() {
+            let row = &world.rows[i];
+            let r = row[R];
+            let inside = (0..3).all(|k| row[k] + r > low[k] && row[k] - r < high[k]);
+            if !inside || row[INV_M] == 0.0 {
+                continue;
+            }
+            touches.clear();
+            body.shape.touches(vec_at(row, 0), r, &mut touches);
+            if touches.is_empty() {
+                continue;
+            }
+            let key = (b as u32, i as u32);
+            while known.next_if(|p| (p.body, p.grain) < key).is_some() {}
+            let old = known.next_if(|p| (p.body, p.grain) == key);
+            let mut pair = old.copied().unwrap_or(BodyPair {
+                body: key.0,
+                grain: key.1,
+                slip: Slip::default(),
+                roll: Roll::default(),
+            });
+            let (f, t) = body_loads::<L, ROLL>(law, world, b, i, &touches, &mut pair, scratch, observer);
+            add_to(&mut scratch.force[i - slab.first as usize], f, t);
+            scratch.body_pairs.push(pair);
+        }
+    }
+    std::mem::swap(&mut slab.bodies, &mut scratch.body_pairs);
+}
+
+/// The contacts of one grain with one body; force and torque on the grain.
+///
+/// The pair has one tangential displacement u, a vector in space. With one touch it is that touch's. With several (a
+/// grain in a corner), each touch takes the part of u in its own plane, moves it on, and u becomes the vector whose parts
+/// fit theirs best (least squares, by overlap): so that friction acts on each face with its own limit, and nothing is
+/// forgotten as the grain leaves one face. Adhesion acts once: each touch carries its share by overlap. Rolling
+/// resistance acts at the deepest touch.
+fn body_loads<L: Law, const ROLL: bool>(
+    law: L,
+    world: &World,
+    b: usize,
+    i: usize,
+    touches: &[BodyTouch],
+    pair: &mut BodyPair,
+    scratch: &mut Scratch,
+    observer: &mut impl Observer,
+) -> (Vec3, Vec3) {
+    let row = &world.rows[i];
+    let material = world.pairs.get(row[MATERIAL] as usize, world.bodies[b].material);
+    let total: f64 = touches.iter().map(|t| t.overlap).sum();
+    let deepest = (0..touches.len()).fold(0, |d, k| if touches[k].overlap > touches[d].overlap { k } else { d });
+    let old = pair.slip;
+    let (mut f_sum, mut t_sum) = ([0.0; 3], [0.0; 3]);
+    let (mut planes, mut parts, mut mean) = ([[0.0; 3]; 3], [0.0; 3], [0.0; 3]);
+    for (k, at) in touches.iter().enumerate() {
+        let share = at.overlap / total;
+        let lever = sub(at.point, vec_at(row, 0));
+        let touch = against(row, at.normal, at.overlap, lever, at.velocity, at.angular_velocity);
+        let mut options = world.options;
+        options.adhesion_scale *= share;
+        let mut slip = old;
+        let load = if k == deepest {
+            evaluate::<L, ROLL>(&law, material, &options, &touch, &mut slip, Some(&mut pair.roll))
+        } else {
+            evaluate::<L, false>(&law, material, &options, &touch, &mut slip, None)
+        };
+        observer.contact(i, Partner::Body(b), &touch, &load, &slip);
+        pair.slip[3] = slip[3];
+        let u = [slip[0], slip[1], slip[2]];
+        mean = add_scaled(mean, share, u);
+        parts = add_scaled(parts, share, reject(u, at.normal));
+        for r in 0..3 {
+            for c in 0..3 {
+                planes[r][c] += share * (if r == c { 1.0 } else { 0.0 } - at.normal[r] * at.normal[c]);
+            }
+        }
+        let f = add_scaled(load.tangential, load.normal, at.normal);
+        let t = add(cross(lever, f), load.couple);
+        f_sum = add(f_sum, f);
+        t_sum = add(t_sum, t);
+        scratch.body_loads.push(BodyLoad {
+            body: b as u32,
+            touch: *at,
+            force: scale(-1.0, f),
+            couple: scale(-1.0, load.couple),
+        });
+    }
+    let u = match touches.len() {
+        1 => mean,
+        // Nearly parallel faces leave the common normal undetermined: there the mean is as good.
+        _ => solve3(&planes, parts).filter(|u| norm(*u) <= 2.0 * norm(mean)).unwrap_or(mean),
+    };
+    pair.slip[..3].copy_from_slice(&u);
+    (f_sum, t_sum)
+}

@@ -1,0 +1,62 @@
+//! The granular engine: spheres with penalty contacts (DEM-P), explicit in time.
+//!
+//! Pure Rust without FMI: make a [`Setup`], place [`Grain`]s (by hand or with [`sample`]), make a
+//! [`CpuEngine`], settle it, advance it with bodies in it.
+//!
+//! ```
+//! use fmu_terrain::dem::{CpuEngine, Grain, GrainEngine, Setup, Wall};
+//!
+//! let floor = Wall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], material: 0 };
+//! let setup = Setup { walls: vec![floor], ..Setup::default() };
+//! let mut bed = CpuEngine::new(setup, &[Grain::at([0.0, 0.0, 0.02], 0.012, 2500.0)], 1)?;
+//! bed.advance(5000, &mut [])?;
+//! assert!(bed.state().kinetic_energy() < 1e-9);
+//! # Ok::<(), fmu_terrain::dem::DemError>(())
+//! ```
+//!
+//! | file | job |
+//! |---|---|
+//! | [`grains`] | rows of 16 reals, the state |
+//! | [`grid`], [`rebuild`](mod@rebuild), [`slab`] | sort, pair lists, regions |
+//! | [`material`], [`law`], [`contact`] | what a contact does |
+//! | [`kernel`], [`wall`], [`body`], [`cylinder`] | loops over contacts |
+//! | [`engine`], [`team`], [`limits`] | the step, threads, the critical step |
+//! | [`sample`](mod@sample), [`settle`](mod@settle), [`surface`] | making a bed and measuring it |
+//!
+//! **Invariants.** The order of grains, the lists, the number of slabs and every sum follow from the state alone: the
+//! same bits for any number of threads. The state is plain data, saved whole; engines and scratch memory hold
+//! nothing that the next step needs.
+
+pub mod body;
+pub mod contact;
+pub mod cylinder;
+pub mod diagnostics;
+pub mod engine;
+pub mod error;
+pub mod grains;
+pub mod grid;
+pub mod kernel;
+pub mod law;
+pub mod limits;
+pub mod material;
+pub mod rebuild;
+pub mod rng;
+pub mod sample;
+pub mod settle;
+pub mod slab;
+pub mod surface;
+pub mod team;
+pub mod vec3;
+pub mod wall;
+
+pub use body::{Body, BodyTouch, Shape};
+pub use cylinder::Cylinder;
+pub use engine::{CpuEngine, GrainEngine, Setup};
+pub use error::DemError;
+pub use grains::{DemState, Grain};
+pub use law::{Form, LawKind, Tangential};
+pub use material::{Adhesion, Coefficients, Material, PairOverride};
+pub use sample::{Fill, Radii, Sample, sample};
+pub use settle::{BedReport, Recipe, Settle, Settled, prepare, settle};
+pub use surface::Surface;
+pub use wall::Wall;

@@ -1,0 +1,176 @@
+//! Bringing a bed to rest, and making one from a recipe.
+
+use super::engine::{CpuEngine, GrainEngine, Setup};
+use super::error::DemError;
+use super::grains::{Grain, INV_M, R, W, vec_at};
+use super::sample::{Fill, Sample, sample};
+use super::surface::Surface;
+use serde::{Deserialize, Serialize};
+
+/// When a bed counts as settled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settle {
+    /// Kinetic energy per grain, as a fraction of the mean m g r: 1e-5 is 1.5 mm/s for r 12 mm.
+    pub energy: f64,
+    /// Not before this time [s]: grains begin at rest and must fall first.
+    pub least_time: f64,
+    /// Give up after this time [s].
+    pub most_time: f64,
+}
+
+impl Default for Settle {
+    fn default() -> Self {
+        Self { energy: 1e-5, least_time: 0.05, most_time: 5.0 }
+    }
+}
+
+/// How a settling went.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settled {
+    /// Time it took [s].
+    pub time: f64,
+    /// Kinetic energy per grain at its end [J].
+    pub energy: f64,
+}
+
+/// Told of progress: phase, fraction done in [0, 1]; `false` asks to stop.
+pub type Progress<'a> = &'a mut dyn FnMut(&str, f64) -> bool;
+
+/// Advances until the bed rests.
+///
+/// # Errors
+/// [`DemError::NotSettled`], [`DemError::Cancelled`], or what the engine meets.
+pub fn settle(
+    engine: &mut impl GrainEngine,
+    until: &Settle,
+    phase: &'static str,
+    progress: Progress,
+) -> Result<Settled, DemError> {
+    let (step, start) = (engine.setup().step, engine.state().time);
+    let g = super::vec3::norm(engine.setup().gravity);
+    let rows = &engine.state().rows;
+    let free = rows.iter().filter(|r| r[INV_M] > 0.0).count();
+    if free == 0 {
+        return Ok(Settled { time: 0.0, energy: 0.0 });
+    }
+    let weight: f64 = rows.iter().filter(|r| r[INV_M] > 0.0).map(|r| r[R] / r[INV_M]).sum::<f64>() * g;
+    let limit = until.energy * weight / free as f64;
+    // Often enough that a stop is prompt, seldom enough that looking costs nothing.
+    let chunk = (1e-3 / step).ceil().clamp(1.0, 200.0) as u32;
+    let mut highest = 0.0_f64;
+    loop {
+        engine.advance(chunk, &mut [])?;
+        let time = engine.state().time - start;
+        let energy = engine.state().kinetic_energy() / free as f64;
+        highest = highest.max(energy);
+        if time >= until.least_time && energy <= limit {
+            return Ok(Settled { time, energy });
+        }
+        if time >= until.most_time {
+            return Err(DemError::NotSettled { time, energy, limit });
+        }
+        // Energy falls about exponentially: its logarithm is a fair measure of what is left.
+        let fallen = if energy < highest { (highest / energy).ln() / (highest / limit).ln().max(1e-9) } else { 0.0 };
+        let fraction = fallen.min(time / until.least_time).clamp(0.0, 0.999);
+        if !progress(phase, fraction) {
+            return Err(DemError::Cancelled(phase));
+        }
+    }
+}
+
+/// A bed to be made: place, settle, level, let cohesion grow, settle again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recipe {
+    /// What to place.
+    pub sample: Sample,
+    /// When it counts as settled.
+    pub settle: Settle,
+    /// Time over which cohesion grows once the bed rests [s]; poured with it, grains would hang in loose clumps.
+    pub cohesion_time: f64,
+}
+
+/// How a bed came out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BedReport {
+    /// Grains.
+    pub grains: usize,
+    /// Mean height of the surface [m].
+    pub height: f64,
+    /// Change of that height as cohesion grew [m], negative where the bed contracts.
+    pub cohesion_change: f64,
+    /// Simulated time spent [s].
+    pub time: f64,
+    /// Kinetic energy per grain at the end [J].
+    pub energy: f64,
+}
+
+/// Makes a bed in an open box of the sample's length and width.
+///
+/// # Errors
+/// As [`sample`], [`CpuEngine::new`] and [`settle`].
+pub fn prepare(
+    setup: Setup,
+    recipe: &Recipe,
+    threads: usize,
+    progress: Progress,
+) -> Result<(CpuEngine, BedReport), DemError> {
+    let s = &recipe.sample;
+    let grains = sample(s)?;
+    let mut engine = CpuEngine::new(setup.clone(), &grains, threads)?;
+    engine.scale_adhesion(0.0);
+    let mut done = settle(&mut engine, &recipe.settle, "settling", progress)?;
+    let mut time = done.time;
+    if let Fill::Depth(depth) = s.fill {
+        let kept = level(&engine, &grains, depth);
+        if kept.len() < grains.len() {
+            engine = CpuEngine::new(setup, &kept, threads)?;
+            engine.scale_adhesion(0.0);
+            done = settle(&mut engine, &recipe.settle, "settling the levelled bed", progress)?;
+            time += done.time;
+        }
+    }
+    let height = Surface::of(engine.state(), s.length, s.width).mean();
+    let mut cohesion_change = 0.0;
+    if engine.has_adhesion() {
+        let steps = (recipe.cohesion_time / engine.setup().step).ceil().max(1.0) as u32;
+        let parts = 100.min(steps);
+        for k in 1..=parts {
+            engine.scale_adhesion(f64::from(k) / f64::from(parts));
+            engine.advance(steps.div_ceil(parts), &mut [])?;
+            if !progress("letting cohesion grow", f64::from(k) / f64::from(parts)) {
+                return Err(DemError::Cancelled("letting cohesion grow"));
+            }
+        }
+        done = settle(&mut engine, &recipe.settle, "settling the cohesive bed", progress)?;
+        time += recipe.cohesion_time + done.time;
+        cohesion_change = Surface::of(engine.state(), s.length, s.width).mean() - height;
+    } else {
+        engine.scale_adhesion(1.0);
+    }
+    engine.open_energy_account();
+    let report = BedReport {
+        grains: engine.state().rows.len(),
+        height: height + cohesion_change,
+        cohesion_change,
+        time,
+        energy: done.energy,
+    };
+    Ok((engine, report))
+}
+
+/// The grains that lie below `depth`, as they are now.
+fn level(engine: &CpuEngine, placed: &[Grain], depth: f64) -> Vec<Grain> {
+    let state = engine.state();
+    state
+        .by_id()
+        .iter()
+        .map(|&i| (&state.rows[i as usize], state.ids[i as usize]))
+        .filter(|(row, _)| row[2] + row[R] <= depth)
+        .map(|(row, id)| Grain {
+            position: vec_at(row, 0),
+            velocity: vec_at(row, super::grains::V),
+            angular_velocity: vec_at(row, W),
+            ..placed[id as usize]
+        })
+        .collect()
+}

@@ -1,0 +1,131 @@
+//! Slabs: regions of the bed along x, each one task of a step.
+//!
+//! A slab is a contiguous range of grains, whole layers of cells thick. It owns the half list of its grains' pairs: pair
+//! (i, j) with i < j in canonical order belongs to the slab of i, and j is in this slab or in the first layer of the next,
+//! its *halo*. Forces are summed into the slab's own buffer, over grains and halo; when all slabs are done, the
+//! integration of a slab adds its own buffer and the previous slab's halo, in this order. So no two tasks write the
+//! same memory, nothing is atomic, and the sums are the same for any number of threads. How many slabs there are
+//! follows from the grains alone.
+
+use super::contact::{Roll, Slip};
+use serde::{Deserialize, Serialize};
+
+/// Grains in a slab, about: enough that a task outweighs its overhead, few enough that its rows and lists stay in the
+/// second-level cache.
+pub const GRAINS_PER_SLAB: usize = 1024;
+
+/// A grain near a wall.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WallPair {
+    /// Place of the grain.
+    pub grain: u32,
+    /// Number of the wall.
+    pub wall: u32,
+    /// History.
+    pub slip: Slip,
+    /// History of rolling.
+    pub roll: Roll,
+}
+
+/// A grain that touches a body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodyPair {
+    /// Number of the body.
+    pub body: u32,
+    /// Place of the grain.
+    pub grain: u32,
+    /// History.
+    pub slip: Slip,
+    /// History of rolling.
+    pub roll: Roll,
+}
+
+/// A region: part of the state.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Slab {
+    /// Place of its first grain.
+    pub first: u32,
+    /// Place after its last grain.
+    pub last: u32,
+    /// Place after the last grain of the halo.
+    pub halo: u32,
+    /// Pairs of grain `first + k`: `other[start[k]..start[k + 1]]`.
+    pub start: Vec<u32>,
+    /// Places of the partners, ascending for each grain.
+    pub other: Vec<u32>,
+    /// Histories of the pairs.
+    pub slip: Vec<Slip>,
+    /// Histories of rolling; empty where nothing resists it.
+    pub roll: Vec<Roll>,
+    /// Grains near walls, ascending by grain, then wall.
+    pub walls: Vec<WallPair>,
+    /// Grains touching bodies, ascending by body, then grain.
+    pub bodies: Vec<BodyPair>,
+}
+
+impl Slab {
+    /// Its grains.
+    pub fn grains(&self) -> std::ops::Range<usize> {
+        self.first as usize..self.last as usize
+    }
+
+    /// History of pair (i, j), i < j both old places, if they touched.
+    pub fn history(&self, i: u32, j: u32) -> Option<(Slip, Roll)> {
+        let k = (i - self.first) as usize;
+        let (a, b) = (self.start[k] as usize, self.start[k + 1] as usize);
+        let p = a + self.other[a..b].iter().position(|&o| o == j)?;
+        (self.slip[p][3] != 0.0).then(|| (self.slip[p], self.roll.get(p).copied().unwrap_or_default()))
+    }
+}
+
+/// Cuts layers of constant x (`layer_start`: first grain of each, one more than layers) into slabs: (first, last, halo).
+pub fn cut(layer_start: &[u32]) -> Vec<[u32; 3]> {
+    let layers = layer_start.len() - 1;
+    let mut slabs = Vec::new();
+    let mut from = 0;
+    while from < layers {
+        let mut to = from + 1;
+        while to < layers && (layer_start[to] - layer_start[from]) < GRAINS_PER_SLAB as u32 {
+            to += 1;
+        }
+        let halo = layer_start[(to + 1).min(layers)];
+        if layer_start[to] > layer_start[from] {
+            slabs.push([layer_start[from], layer_start[to], halo]);
+        }
+        from = to;
+    }
+    slabs
+}
+
+/// Scratch memory of a slab: nothing here outlives a step.
+#[derive(Default)]
+pub struct Scratch {
+    /// Force (0-2) and moment (4-6) on the grains from `first` to `halo`.
+    pub force: Vec<[f64; 8]>,
+    /// Force on each wall.
+    pub wall_force: Vec<super::vec3::Vec3>,
+    /// What grains do to bodies, ascending by body, then grain.
+    pub body_loads: Vec<super::body::BodyLoad>,
+    /// Body pairs of this step.
+    pub body_pairs: Vec<BodyPair>,
+    /// Some grain has moved so far that lists must be rebuilt.
+    pub moved: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slabs_are_whole_layers_and_halos_the_next_layer() {
+        let layers: Vec<u32> = (0..=8).map(|k| k * 400).collect();
+        assert_eq!(cut(&layers), [[0, 1200, 1600], [1200, 2400, 2800], [2400, 3200, 3200]]);
+    }
+
+    #[test]
+    fn empty_layers_make_no_slab() {
+        assert_eq!(cut(&[0, 0, 5, 5]), [[0, 5, 5]]);
+        let far = cut(&[0, 2000, 2000, 4000]);
+        assert_eq!(far, [[0, 2000, 2000], [2000, 4000, 4000]]);
+    }
+}
