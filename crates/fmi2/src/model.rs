@@ -57,6 +57,16 @@ impl Model {
         (self.new)()
     }
 
+    /// Name of the FMU and of the description files, without ending: `terrain_dem_p` becomes `terrain-dem-p`.
+    pub fn file_name(&self) -> String {
+        self.name.replace('_', "-")
+    }
+
+    /// The schema of the specification as a file's text.
+    pub fn schema_text(&self) -> String {
+        serde_json::to_string_pretty(&self.schema).expect("a schema is plain JSON") + "\n"
+    }
+
     /// GUID: UUIDv5 of model name and variable table, so that a changed interface never loads by mistake.
     pub fn guid(&self) -> String {
         let namespace = Uuid::new_v5(&Uuid::NAMESPACE_DNS, b"org.terramech");

@@ -1,2 +1,64 @@
 //! Everything a newcomer or CI runs: `cargo xtask demo|test|pack|validate|bench`.
-fn main() {}
+
+mod bench;
+mod demo;
+mod pack;
+mod process;
+mod test;
+mod validate;
+
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Terramech's tasks.
+#[derive(Parser)]
+#[command(name = "cargo xtask")]
+struct Args {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Build and pack the units, drive a wheel through granular soil, write the report.
+    Demo {
+        /// Folder for the results.
+        #[arg(long, default_value = "out/single-wheel")]
+        out: PathBuf,
+    },
+    /// Formatting, lints, documentation, Rust tests, packing, Python harness: what CI runs.
+    Test,
+    /// Build the units in release and write FMUs into target/fmus and their descriptions into modelDescriptions.
+    Pack,
+    /// Run the long validation and write its tables into docs/validation.
+    Validate {
+        /// Part to run (default: all).
+        name: Option<String>,
+    },
+    /// Measure; prints a table.
+    Bench {
+        /// Benchmark to run.
+        name: String,
+        /// Also write the rows as a JSON list.
+        #[arg(long)]
+        json: Option<PathBuf>,
+    },
+}
+
+fn main() -> ExitCode {
+    let result = match Args::parse().task {
+        Task::Demo { out } => demo::demo(&out),
+        Task::Test => test::test(),
+        Task::Pack => pack::pack().map(|_| ()),
+        Task::Validate { name } => validate::validate(name.as_deref()),
+        Task::Bench { name, json } => bench::bench(&name, json.as_deref()),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("error: {e:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! `cargo xtask bench NAME [--json FILE]`: measurements, each row with its ratio to a peer or to a stated limit.
+//!
+//! Row names are `<bench>.<case>.<quantity>`; they are stable, so that results of different days can be compared.
+
+use anyhow::{Context, Result, bail};
+use serde_json::json;
+use std::path::Path;
+
+/// One figure.
+pub struct Row {
+    /// `<bench>.<case>.<quantity>`.
+    pub name: String,
+    /// Measured value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Ratio to the peer or limit that the benchmark states, if it has one.
+    pub ratio: Option<f64>,
+}
+
+/// A benchmark: name, what it does, its function.
+type Bench = (&'static str, &'static str, fn() -> Result<Vec<Row>>);
+
+const BENCHES: &[Bench] = &[];
+
+/// Runs the benchmark `name`; prints a table, writes JSON when asked.
+///
+/// # Errors
+/// An unknown name, or a benchmark that fails.
+pub fn bench(name: &str, json: Option<&Path>) -> Result<()> {
+    let Some((_, what, run)) = BENCHES.iter().find(|(n, ..)| *n == name) else {
+        let known: Vec<String> = BENCHES.iter().map(|(n, what, _)| format!("\n  {n}: {what}")).collect();
+        bail!("benchmark '{name}' is unknown; there are:{}", known.concat());
+    };
+    eprintln!("== {name}: {what}");
+    let rows = run()?;
+    let width = rows.iter().map(|r| r.name.len()).max().unwrap_or(0);
+    for r in &rows {
+        let ratio = r.ratio.map(|x| format!("  ratio {x:.3}")).unwrap_or_default();
+        println!("{:<width$}  {:>12.5} {}{ratio}", r.name, r.value, r.unit);
+    }
+    if let Some(path) = json {
+        let list: Vec<_> =
+            rows.iter().map(|r| json!({"name": r.name, "value": r.value, "unit": r.unit, "ratio": r.ratio})).collect();
+        std::fs::write(path, serde_json::to_string_pretty(&list)? + "\n")
+            .with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,61 @@
+//! `cargo xtask test`: what CI runs. Installing system packages is not its business: it says what is missing.
+
+use crate::process::{cargo, root, run, step, target};
+use crate::{pack, process};
+use anyhow::{Context, Result, bail};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+/// All checks; stops at the first that fails.
+///
+/// # Errors
+/// The step that failed.
+pub fn test() -> Result<()> {
+    step("format", &mut cargo(["fmt", "--all", "--check"]))?;
+    let mut clippy = cargo(["clippy", "--release", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"]);
+    step("lints", &mut clippy)?;
+    let mut doc = cargo(["doc", "--release", "--workspace", "--no-deps", "--quiet"]);
+    step("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"))?;
+    step("Rust tests", &mut cargo(["test", "--release", "--workspace", "--quiet"]))?;
+    pack::pack()?;
+    // The master's own binary, which the harness compares with.
+    step(
+        "building terramech",
+        &mut cargo(["build", "--release", "--quiet", "--package", "terramech", "--bin", "terramech"]),
+    )?;
+    harness()
+}
+
+/// The Python harness in a virtual environment of its own.
+fn harness() -> Result<()> {
+    let folder = root().join("tests/fmpy");
+    let python = virtual_environment(&folder.join("requirements.txt"))?;
+    let mut pytest = Command::new(python);
+    pytest.current_dir(&folder).args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]);
+    pytest.env("TERRAMECH_FMUS", process::fmus()).env("TERRAMECH_BIN", target().join("release/terramech"));
+    step("Python harness", &mut pytest)
+}
+
+/// Makes or updates `target/venv`; returns its interpreter.
+fn virtual_environment(requirements: &std::path::Path) -> Result<PathBuf> {
+    let venv = target().join("venv");
+    let python = venv.join("bin/python");
+    let wanted =
+        std::fs::read_to_string(requirements).with_context(|| format!("cannot read {}", requirements.display()))?;
+    let stamp = venv.join("requirements.txt");
+    if python.is_file() && std::fs::read_to_string(&stamp).ok().as_deref() == Some(&wanted) {
+        return Ok(python);
+    }
+    let found = Command::new("python3").args(["-c", "import venv, ensurepip"]).stderr(Stdio::null()).status();
+    if !found.is_ok_and(|s| s.success()) {
+        bail!(
+            "the Python harness needs python3 with venv; on Debian: `apt-get install python3 python3-venv`, then run `cargo xtask test` again"
+        );
+    }
+    step("Python environment", Command::new("python3").args(["-m", "venv", "--clear"]).arg(&venv))?;
+    run(Command::new(&python)
+        .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
+        .arg(requirements))?;
+    std::fs::write(stamp, wanted)?;
+    Ok(python)
+}

@@ -1,0 +1,101 @@
+//! `cargo xtask validate [NAME]`: the validation cases with their long versions, as tables in `docs/validation/`.
+//!
+//! One mechanism for all crates: a test prints a line `VALIDATION|case|quantity|unit|expected|computed|tolerance` for each figure it
+//! checks (the test itself decides whether it passes); this task runs the tests of a part and makes the table.
+
+use crate::process::{cargo, root};
+use anyhow::{Context, Result, bail};
+use std::fmt::Write as _;
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+
+/// A part of the validation: name, title, what `cargo test` is given.
+struct Part {
+    name: &'static str,
+    title: &'static str,
+    args: &'static [&'static str],
+}
+
+const PARTS: &[Part] = &[
+    Part { name: "dem-p", title: "DEM-P terrain", args: &["--package", "fmu-terrain"] },
+    Part { name: "ancf", title: "ANCF shell and flexible tire", args: &["--package", "fmu-tire"] },
+    Part { name: "coupling", title: "Coupled system", args: &["--package", "terramech-system-tests"] },
+];
+
+/// Runs one part or all.
+///
+/// # Errors
+/// An unknown name, or a case that fails.
+pub fn validate(name: Option<&str>) -> Result<()> {
+    let parts: Vec<&Part> = PARTS.iter().filter(|p| name.is_none_or(|n| n == p.name)).collect();
+    if parts.is_empty() {
+        let known: Vec<&str> = PARTS.iter().map(|p| p.name).collect();
+        bail!("validation '{}' is unknown; there are: {}", name.unwrap_or_default(), known.join(", "));
+    }
+    let mut failed = Vec::new();
+    for part in parts {
+        if !run(part)? {
+            failed.push(part.name);
+        }
+    }
+    if !failed.is_empty() {
+        bail!("cases of {} fail; the table shows the figures that were reached", failed.join(", "));
+    }
+    Ok(())
+}
+
+fn run(part: &Part) -> Result<bool> {
+    let mut args = vec!["test", "--release", "--quiet"];
+    args.extend(part.args);
+    args.extend(["--", "--nocapture", "--include-ignored", "--test-threads", "1"]);
+    eprintln!("== {}: cargo {}", part.title, args.join(" "));
+    let mut child = cargo(&args).stdout(Stdio::piped()).spawn().context("cannot start cargo")?;
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for line in BufReader::new(child.stdout.take().expect("piped")).lines() {
+        let line = line?;
+        match line.split_once("VALIDATION|") {
+            Some((_, row)) => {
+                eprintln!("   {row}");
+                rows.push(row.split('|').map(|s| s.trim().to_string()).collect());
+            }
+            None => eprintln!("{line}"),
+        }
+    }
+    let passed = child.wait()?.success();
+    rows.sort_by(|a, b| natural(&a[0]).cmp(&natural(&b[0])));
+    let mut text = format!(
+        "# Validation: {}\n\nWritten by `cargo xtask validate {}`; the cases and their sources are those of the tests. Values in SI units unless \
+         the unit says otherwise.\n\n| case | quantity | unit | expected | computed | error | tolerance |\n|---|---|---|---|---|---|---|\n",
+        part.title, part.name
+    );
+    for row in &rows {
+        let cell = |i: usize| row.get(i).map_or("", String::as_str);
+        let error = match (cell(3).parse::<f64>(), cell(4).parse::<f64>()) {
+            (Ok(e), Ok(c)) if e != 0.0 => format!("{:+.2e} relative", c / e - 1.0),
+            (Ok(e), Ok(c)) => format!("{:+.2e}", c - e),
+            _ => String::new(),
+        };
+        writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} | {} |",
+            cell(0),
+            cell(1),
+            cell(2),
+            cell(3),
+            cell(4),
+            error,
+            cell(5)
+        )?;
+    }
+    let folder = root().join("docs/validation");
+    std::fs::create_dir_all(&folder)?;
+    let path = folder.join(format!("{}.md", part.name));
+    std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+    eprintln!("== {} figures in {}", rows.len(), path.display());
+    Ok(passed)
+}
+
+/// Sorts "2.10" after "2.9".
+fn natural(case: &str) -> Vec<u64> {
+    case.split(|c: char| !c.is_ascii_digit()).filter_map(|n| n.parse().ok()).collect()
+}
