@@ -97,9 +97,11 @@ impl FacetGrid {
         (0..3).all(|k| c[k] + reach >= self.low[k] && c[k] - reach <= self.high[k])
     }
 
-    /// Appends to `out`, ascending, the facets of `body` within `reach` of `c` (m), by their true distance. The body must
-    /// be the one of the last refit, not moved since.
-    pub fn near(&self, body: &MeshBody, c: Vec3, reach: f64, out: &mut Vec<u32>) {
+    /// Appends to `out`, ascending and once each, the facets whose cells a box of half width `reach` (m) about `c` touches:
+    /// all that are within `reach`, and some that are not. Where the body has moved since the last refit, add its
+    /// [`MeshBody::drift`] to the reach.
+    #[inline]
+    pub fn cells_near(&self, c: Vec3, reach: f64, out: &mut Vec<u32>) {
         if !self.may_reach(c, reach) || self.start.is_empty() {
             return;
         }
@@ -114,18 +116,30 @@ impl FacetGrid {
                 out.extend_from_slice(&self.facets[range]);
             }
         }
+        if out.len() == first {
+            return;
+        }
         out[first..].sort_unstable();
-        let (mut kept, mut last) = (first, None);
-        for k in first..out.len() {
-            let t = out[k];
-            if last == Some(t) {
-                continue;
+        let mut kept = first + 1;
+        for k in first + 1..out.len() {
+            if out[k] != out[kept - 1] {
+                out[kept] = out[k];
+                kept += 1;
             }
-            last = Some(t);
-            let q = closest_on_triangle(c, body.corners(t));
-            let d = sub(c, q.point);
+        }
+        out.truncate(kept);
+    }
+
+    /// As [`Self::cells_near`], and only those within `reach` by their true distance now: for lists that live several
+    /// steps, made with the reach radius + skin on the body as it lay at the refit.
+    pub fn near(&self, body: &MeshBody, c: Vec3, reach: f64, out: &mut Vec<u32>) {
+        let first = out.len();
+        self.cells_near(c, reach, out);
+        let mut kept = first;
+        for k in first..out.len() {
+            let d = sub(c, closest_on_triangle(c, body.corners(out[k])).point);
             if dot(d, d) <= reach * reach {
-                out[kept] = t;
+                out[kept] = out[k];
                 kept += 1;
             }
         }

@@ -24,11 +24,18 @@ pub fn to_vertices(x: [Vec3; 3], b: [f64; 3], f: Vec3, p: Vec3, m: Vec3) -> Resu
     let g = scale(1.0 / 3.0, add(u, v));
     let arms = [scale(-1.0, g), sub(u, g), sub(v, g)];
     let Some(inverse) = Spread::new(arms.iter().copied()) else { return Err((forces, couple)) };
-    let a = inverse.solve(couple);
-    let (f1, f2) = (cross(a, arms[1]), cross(a, arms[2]));
-    forces[0] = sub(forces[0], add(f1, f2));
-    forces[1] = add(forces[1], f1);
-    forces[2] = add(forces[2], f2);
+    let mut left = couple;
+    // The second time on what the first left over: at a flat facet the large forces lose digits.
+    for _ in 0..2 {
+        let a = inverse.solve(left);
+        let (f1, f2) = (cross(a, arms[1]), cross(a, arms[2]));
+        let f0 = scale(-1.0, add(f1, f2));
+        for (sum, f) in forces.iter_mut().zip([f0, f1, f2]) {
+            *sum = add(*sum, f);
+        }
+        let done = add(add(cross(arms[0], f0), cross(arms[1], f1)), cross(arms[2], f2));
+        left = sub(left, done);
+    }
     Ok(forces)
 }
 
@@ -63,17 +70,11 @@ impl Spread {
     #[inline]
     fn solve(&self, m: Vec3) -> Vec3 {
         let [a, b, c, d, e, f] = self.j;
-        let once = |m: Vec3| -> Vec3 {
-            [
-                ((b * c - f * f) * m[0] + (e * f - d * c) * m[1] + (d * f - b * e) * m[2]) / self.det,
-                ((e * f - d * c) * m[0] + (a * c - e * e) * m[1] + (d * e - a * f) * m[2]) / self.det,
-                ((d * f - b * e) * m[0] + (d * e - a * f) * m[1] + (a * b - d * d) * m[2]) / self.det,
-            ]
-        };
-        let x = once(m);
-        // Once more on what is left: a flat facet loses digits in the cofactors.
-        let back = [a * x[0] + d * x[1] + e * x[2], d * x[0] + b * x[1] + f * x[2], e * x[0] + f * x[1] + c * x[2]];
-        add(x, once(sub(m, back)))
+        [
+            ((b * c - f * f) * m[0] + (e * f - d * c) * m[1] + (d * f - b * e) * m[2]) / self.det,
+            ((e * f - d * c) * m[0] + (a * c - e * e) * m[1] + (d * e - a * f) * m[2]) / self.det,
+            ((d * f - b * e) * m[0] + (d * e - a * f) * m[1] + (a * b - d * d) * m[2]) / self.det,
+        ]
     }
 }
 
