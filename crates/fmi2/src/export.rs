@@ -115,7 +115,11 @@ unsafe fn call(c: Fmi2Component, function: &str, f: impl FnOnce(&mut Handle) -> 
     match catch_unwind(AssertUnwindSafe(|| f(handle))) {
         Ok(Ok(())) => FMI2_OK,
         Ok(Err(refused)) => {
-            let category = if refused.status == FMI2_DISCARD { LogCategory::Warning } else { LogCategory::Error };
+            let category = match refused.status {
+                FMI2_DISCARD => LogCategory::Warning,
+                _ if refused.numerical => LogCategory::Numerical,
+                _ => LogCategory::Error,
+            };
             let _ = catch_unwind(AssertUnwindSafe(|| handle.instance.log(category, &refused.message)));
             refused.status
         }
@@ -132,7 +136,7 @@ unsafe fn call(c: Fmi2Component, function: &str, f: impl FnOnce(&mut Handle) -> 
 }
 
 fn refuse(message: impl Into<String>) -> Refused {
-    Refused { status: FMI2_ERROR, message: message.into() }
+    Refused { status: FMI2_ERROR, message: message.into(), numerical: false }
 }
 
 /// A C array as a slice; null is allowed when empty.
@@ -175,12 +179,12 @@ fn sink(callbacks: Fmi2CallbackFunctions, name: &str, enabled: Enabled) -> LogSi
     let log = move |category: LogCategory, message: &str| {
         let Some(logger) = callbacks.logger else { return };
         // Errors and warnings always reach the environment; the rest when it asked for it.
-        let urgent = matches!(category, LogCategory::Error | LogCategory::Warning);
+        let urgent = matches!(category, LogCategory::Error | LogCategory::Warning | LogCategory::Numerical);
         if !urgent && !enabled.borrow().contains(&category.name()) {
             return;
         }
         let status = match category {
-            LogCategory::Error => FMI2_ERROR,
+            LogCategory::Error | LogCategory::Numerical => FMI2_ERROR,
             LogCategory::Warning => FMI2_WARNING,
             _ => FMI2_OK,
         };

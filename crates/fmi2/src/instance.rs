@@ -50,11 +50,13 @@ pub struct Refused {
     pub status: Fmi2Status,
     /// Message for the log.
     pub message: String,
+    /// Whether the computation failed, not the input.
+    pub numerical: bool,
 }
 
 impl Refused {
     fn error(message: impl Into<String>) -> Self {
-        Self { status: FMI2_ERROR, message: message.into() }
+        Self { status: FMI2_ERROR, message: message.into(), numerical: false }
     }
 }
 
@@ -161,7 +163,8 @@ impl Instance {
                 }
                 UnitError::Input(_) | UnitError::Cancelled(_) | UnitError::State(_) => FMI2_ERROR,
             };
-            Refused { status, message: format!("{what}: {e}") }
+            let numerical = matches!(e, UnitError::Numerical(_));
+            Refused { status, message: format!("{what}: {e}"), numerical }
         })
     }
 
@@ -330,7 +333,7 @@ impl Instance {
             Value::Real(x) if x.is_finite() => Ok(x),
             Value::Real(x) => {
                 self.mode = Mode::Poisoned;
-                Err(self.not_finite("fmi2GetReal", vr, x, None))
+                Err(Refused { numerical: true, ..self.not_finite("fmi2GetReal", vr, x, None) })
             }
             _ => unreachable!("checked against the table"),
         }
@@ -447,7 +450,7 @@ impl Instance {
         };
         if let Some((i, x)) = bad {
             self.mode = Mode::Poisoned;
-            return Err(self.not_finite(function, vr, x, Some(i)));
+            return Err(Refused { numerical: true, ..self.not_finite(function, vr, x, Some(i)) });
         }
         match &self.values.values[vr as usize] {
             Value::RealArray(x) => Ok(x),

@@ -63,11 +63,13 @@ pub enum LogCategory {
     Info,
     /// Details for developers.
     Debug,
+    /// A failure of the computation rather than of the input: the master tells the two apart by this category.
+    Numerical,
 }
 
 impl LogCategory {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Error, Self::Warning, Self::Info, Self::Debug];
+    pub const ALL: [Self; 5] = [Self::Error, Self::Warning, Self::Info, Self::Debug, Self::Numerical];
     /// The category's name in the interface.
     pub fn name(self) -> &'static str {
         match self {
@@ -75,6 +77,7 @@ impl LogCategory {
             Self::Warning => "logStatusWarning",
             Self::Info => "logInfo",
             Self::Debug => "logDebug",
+            Self::Numerical => "logNumerical",
         }
     }
     /// What it holds.
@@ -84,6 +87,7 @@ impl LogCategory {
             Self::Warning => "Warnings",
             Self::Info => "Progress of the unit, few lines a run",
             Self::Debug => "Details for developers",
+            Self::Numerical => "Errors of the computation: no convergence, values that are not finite",
         }
     }
 }

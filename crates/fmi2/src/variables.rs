@@ -206,6 +206,30 @@ impl Table {
     pub fn input_real(&mut self, name: &str, start: f64, unit: &'static str, description: &str) -> RealVar {
         RealVar(self.push(name, Causality::Input, Variability::Continuous, Start::Real(start), unit, description))
     }
+    /// A discrete integer input.
+    pub fn input_integer(&mut self, name: &str, start: i32, description: &str) -> IntegerVar {
+        IntegerVar(self.push(name, Causality::Input, Variability::Discrete, Start::Integer(start), "", description))
+    }
+    /// A discrete Boolean input.
+    pub fn input_boolean(&mut self, name: &str, start: bool, description: &str) -> BooleanVar {
+        BooleanVar(self.push(name, Causality::Input, Variability::Discrete, Start::Boolean(start), "", description))
+    }
+    /// A discrete string input.
+    pub fn input_string(&mut self, name: &str, start: &str, description: &str) -> StringVar {
+        StringVar(self.push(
+            name,
+            Causality::Input,
+            Variability::Discrete,
+            Start::String(start.into()),
+            "",
+            description,
+        ))
+    }
+    /// A discrete string output.
+    pub fn output_string(&mut self, name: &str, description: &str) -> StringVar {
+        let start = Start::String(String::new());
+        StringVar(self.push(name, Causality::Output, Variability::Discrete, start, "", description))
+    }
     /// A continuous real output.
     pub fn output_real(&mut self, name: &str, unit: &'static str, description: &str) -> RealVar {
         RealVar(self.push(name, Causality::Output, Variability::Continuous, Start::Real(0.0), unit, description))

@@ -1,0 +1,28 @@
+//! Small units for tests of the master.
+//!
+//! Built as a shared library with the feature `fmu` they are FMUs; as a Rust library their physics can be called directly, so that a
+//! test compares the master with a bare loop.
+
+pub mod arrays;
+pub mod feedthrough;
+pub mod masses;
+pub mod relay;
+pub mod trouble;
+
+use terramech_fmi2::Model;
+
+/// All models of this library.
+pub fn models() -> Vec<Model> {
+    vec![
+        masses::first_model(),
+        masses::second_model(),
+        feedthrough::model(),
+        arrays::source_model(),
+        arrays::echo_model(),
+        relay::model(),
+        trouble::model(),
+    ]
+}
+
+#[cfg(feature = "fmu")]
+terramech_fmi2::export!(crate::models);
