@@ -11,7 +11,10 @@
 //! Quantities are in SI units; arrays of points are x0, y0, z0, x1, ...
 //!
 //! ```
-//! use terramech_results::{Column, CsvWriter, ExitState, Manifest, PolyData, Field, RunFolder, Value, VtkSeries};
+//! use terramech_results::{
+//!     Column, CsvTable, CsvWriter, ExitState, Field, Headline, Manifest, PolyData, Report, RunFolder, Value, VtkSeries,
+//!     write_summary,
+//! };
 //! # fn main() -> terramech_results::Result<()> {
 //! # let dir = std::env::temp_dir().join(format!("terramech-results-doc-{}", std::process::id()));
 //! let folder = RunFolder::create(&dir)?;
@@ -27,6 +30,10 @@
 //!
 //! manifest.state = ExitState::Done;
 //! manifest.write(&folder)?;
+//! let summary = [Headline::new("rig.drawbar_pull", 0.1, "N")];
+//! write_summary(&folder, &summary)?;
+//! let recorded = CsvTable::read(folder.file("results.csv"))?;
+//! Report::of_run("Single wheel", &recorded, &summary, &manifest, vec![]).write(&folder)?;
 //! # drop(folder);
 //! # std::fs::remove_dir_all(&dir).ok();
 //! # Ok(())
@@ -39,6 +46,7 @@ pub mod folder;
 pub mod hash;
 pub mod log;
 pub mod manifest;
+pub mod report;
 pub mod summary;
 pub mod time;
 pub mod vtk;
@@ -49,5 +57,6 @@ pub use folder::RunFolder;
 pub use hash::{sha256, sha256_file};
 pub use log::{Level, LogEntry, LogWriter};
 pub use manifest::{ExitState, Input, Machine, Manifest, Timings, UnitFacts, UnitTiming};
+pub use report::Report;
 pub use summary::{Headline, read_summary, write_summary};
 pub use vtk::{Cells, Field, PolyData, Precision, Values, VtkSeries};
