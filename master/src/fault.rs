@@ -278,6 +278,18 @@ pub enum FaultKind {
         /// What this place takes.
         allowed: &'static str,
     },
+    /// A connection whose ends both give or both take.
+    #[error(
+        "\"{first}\" and \"{second}\" are both {both}; a connection leads from an output (or calculatedParameter) to an input (or parameter)"
+    )]
+    SameDirection {
+        /// One end.
+        first: String,
+        /// The other end.
+        second: String,
+        /// "sources" or "targets".
+        both: &'static str,
+    },
     /// An array where a scalar must be, or the other way round.
     #[error("\"{variable}\" is {given}, but {needed} is needed here")]
     ArrayAgainstScalar {

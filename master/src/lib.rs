@@ -7,7 +7,9 @@
 pub mod archive;
 pub mod check;
 pub mod decimal;
+pub mod description;
 pub mod fault;
 pub mod model_description;
+pub mod suggest;
 pub mod unit;
 pub mod xml;

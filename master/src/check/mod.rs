@@ -1,4 +1,134 @@
 //! From a description and the models of its FMUs to a validated [`plan::Plan`], or every fault at once.
+//!
+//! [`plan`] reads and opens everything and joins it. Each part of the check has its file: `library` opens FMUs, `values`
+//! turns parameters into settings, `connections` and `arrays` resolve connections, `steps` times, `recording` what is
+//! written, [`order`] the exchange in initialisation mode.
 
+mod arrays;
+mod connections;
+mod library;
 pub mod order;
 pub mod plan;
+mod recording;
+mod steps;
+mod system;
+mod values;
+
+use std::path::{Path, PathBuf};
+
+use crate::description::{self, Description};
+use crate::fault::{Faults, Place};
+use plan::{Component, InputFile, Placement, Plan};
+use system::System;
+
+/// What the command line adds to a description.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Folders searched for FMUs with bare names.
+    pub fmu_path: Vec<PathBuf>,
+    /// Stop time in s, as decimal text, instead of the description's.
+    pub stop_time: Option<String>,
+    /// `unit.variable=value`, in order; the last one of a variable counts, and it wins over every parameter binding.
+    pub set: Vec<String>,
+    /// Whether each FMU must hold a library for this machine. Only looking at a system does not need one.
+    pub need_library: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { fmu_path: Vec::new(), stop_time: None, set: Vec::new(), need_library: true }
+    }
+}
+
+/// Reads a description (`.ssd`, `.ssp`, or the folder of an unpacked one), opens its FMUs and checks all of it.
+///
+/// # Errors
+/// Every fault found, with file, line, element, what was given and what is allowed.
+pub fn plan(path: &Path, options: &Options) -> Result<Plan, Faults> {
+    let mut faults = Faults::new();
+    let Some(description) = description::read(path, &mut faults) else { return Err(faults) };
+    build(&description, path, options, faults)
+}
+
+/// [`plan`] for a description that is read already; `faults` holds what reading it found.
+///
+/// # Errors
+/// As [`plan`].
+pub fn build(description: &Description, path: &Path, options: &Options, mut faults: Faults) -> Result<Plan, Faults> {
+    let faults_ref = &mut faults;
+    let system: System<'_> = library::open(description, options, faults_ref);
+    let mut files = Vec::new();
+    connections::check_connectors(&system, faults_ref);
+    let settings = values::settings(&system, &options.set, &mut files, faults_ref);
+    let mut connections = connections::resolve(&system, faults_ref);
+    let arrays = arrays::resolve(&system, faults_ref);
+    connections::extrapolate(&system, &mut connections, faults_ref);
+    let times = steps::times(&system, options.stop_time.as_deref(), faults_ref);
+    let bonds = recording::bonds(&system, &connections, faults_ref);
+    let recording = recording::recording(&system, &connections, times.as_ref(), faults_ref);
+    let summary = recording::summary(&system, times.as_ref(), options.stop_time.is_some(), faults_ref);
+
+    let multiples = times.as_ref().map(|t| t.multiples.clone()).unwrap_or_default();
+    let components: Vec<Component> = description
+        .components
+        .iter()
+        .zip(settings)
+        .enumerate()
+        .filter_map(|(index, (c, settings))| {
+            Some(Component {
+                name: c.name.clone(),
+                fmu: system.fmu_of[index]?,
+                settings,
+                multiple: multiples.get(index).copied().unwrap_or(1),
+                threads: c.extras.threads,
+                placement: Placement { rank: c.extras.rank, ranks: c.extras.ranks },
+                place: c.place.clone(),
+            })
+        })
+        .collect();
+    let mut initialisation = Vec::new();
+    if components.len() == description.components.len() {
+        let place = &description.place;
+        initialisation = order::stages(&system.fmus, &components, &connections, &arrays, place, faults_ref);
+    }
+    let inputs = inputs(description, &system, files, faults_ref);
+    let notes = faults.take_notes();
+    let Some(times) = times else { return Err(faults) };
+    faults.check(Plan {
+        name: description.name.clone(),
+        file: path.to_path_buf(),
+        fmus: system.fmus,
+        components,
+        connections,
+        arrays,
+        initialisation,
+        clock: times.clock,
+        recording,
+        bonds,
+        summary,
+        inputs,
+        notes,
+        folder: description.folder.clone(),
+        archive: description.archive.clone(),
+    })
+}
+
+/// Hashes of all files that went in.
+fn inputs(description: &Description, system: &System<'_>, more: Vec<PathBuf>, faults: &mut Faults) -> Vec<InputFile> {
+    let mut inputs = Vec::new();
+    for path in description.files.iter().chain(&more) {
+        match crate::archive::sha256_of_file(path) {
+            Ok(sha256) => inputs.push(InputFile { path: path.clone(), sha256 }),
+            Err(e) => {
+                let kind = crate::fault::FaultKind::Unreadable { reason: e.to_string() };
+                faults.add(&Place::file(path), "", kind);
+            }
+        }
+    }
+    let archives = system.fmus.iter().filter_map(|fmu| Some((fmu.path.clone(), fmu.sha256.clone()?)));
+    inputs.extend(archives.map(|(path, sha256)| InputFile { path, sha256 }));
+    inputs
+}
+
+#[cfg(test)]
+mod tests;

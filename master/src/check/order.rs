@@ -155,7 +155,10 @@ fn initial_dependencies(model: &ModelDescription, item: Item) -> Depends<'_> {
                 return Depends::On(Box::new(std::iter::empty()));
             }
             match model.initial_unknowns.get(&index).or_else(|| model.outputs.get(&index)) {
-                Some(Dependencies::Listed(list)) => Depends::On(Box::new(list.iter().map(|&i| Item::Scalar(i)))),
+                Some(Dependencies::Listed(list)) => {
+                    let arrays = model.array_dependencies.get(&index).into_iter().flatten().copied();
+                    Depends::On(Box::new(list.iter().map(|&i| Item::Scalar(i)).chain(arrays)))
+                }
                 Some(Dependencies::Assumed) | None => Depends::OnAll,
             }
         }

@@ -43,6 +43,11 @@ pub struct Plan {
     pub inputs: Vec<InputFile>,
     /// Remarks of the check.
     pub notes: Vec<Fault>,
+    /// The folder of the description: relative paths in values count from it.
+    pub folder: PathBuf,
+    /// Keeps an unpacked `.ssp` on disk.
+    #[serde(skip)]
+    pub archive: Option<Arc<Unpacked>>,
 }
 
 impl Plan {
@@ -69,6 +74,8 @@ pub struct Fmu {
     pub path: PathBuf,
     /// SHA-256 of the archive, lower-case hexadecimal; `None` for a folder.
     pub sha256: Option<String>,
+    /// The library for this machine inside the unpacked FMU; `None` where the check was told not to ask for one.
+    pub library: Option<PathBuf>,
     /// Its description.
     #[serde(skip)]
     pub model: Arc<ModelDescription>,
@@ -160,7 +167,7 @@ pub enum When {
 /// What a connection does to a value. Real to Real unless said otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Transform {
-    /// The value as it is; source and target are of one kind.
+    /// The value as it is; source and target are of one kind, or a Boolean or Enumeration goes to an Integer as its number.
     Copy,
     /// Unit conversion and linear transformation in one; also Integer to Real.
     Linear(Linear),

@@ -7,7 +7,7 @@
 mod read;
 mod structure;
 pub(crate) mod types;
-mod variables;
+pub(crate) mod variables;
 
 use std::collections::HashMap;
 
@@ -47,11 +47,16 @@ pub struct ModelDescription {
     pub variables: Vec<Variable>,
     /// Our arrays.
     pub arrays: Vec<ArrayVariable>,
+    /// Whether the model announces itself as one of ours (it has a `Tool` annotation of that name).
+    pub is_ours: bool,
     /// Share of the cores relative to other units, from our annotation (1 where nothing is said).
     pub weight: f64,
     /// `ModelStructure/InitialUnknowns`: scalar -> what its initial value depends on.
     #[serde(skip)]
     pub initial_unknowns: HashMap<usize, Dependencies>,
+    /// Scalars whose initial value depends on arrays, which `ModelStructure` cannot say: those arrays (from our annotation).
+    #[serde(skip)]
+    pub array_dependencies: HashMap<usize, Vec<Item>>,
     /// `ModelStructure/Outputs`: scalar -> what it depends on at communication points.
     #[serde(skip)]
     pub outputs: HashMap<usize, Dependencies>,

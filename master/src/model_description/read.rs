@@ -57,9 +57,14 @@ pub fn read(bytes: &[u8], file: &Path, faults: &mut Faults) -> Option<ModelDescr
     }
     for tool in root.children().filter(|e| e.name() == "VendorAnnotations").flat_map(|e| e.all("Tool")) {
         if tool.attribute("name") == Some(TOOL) {
+            model.is_ours = true;
             // FMI's schema allows a `Tool` one child: ours is `Extension`, which holds the list.
             let list = tool.child("Extension").unwrap_or(tool);
-            model.weight = list.child("Weight").and_then(|w| w.attribute("value")?.parse().ok()).unwrap_or(1.0);
+            if let Some(weight) = list.child("Weight") {
+                let allowed = "a number above 0";
+                let read = |text: &str| text.parse().ok().filter(|w: &f64| w.is_finite() && *w > 0.0);
+                model.weight = weight.parsed("value", allowed, faults, read).unwrap_or(1.0);
+            }
             variables::read_arrays(list, &names, &mut model, faults);
         }
     }

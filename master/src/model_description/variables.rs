@@ -169,7 +169,8 @@ pub fn read_arrays(tool: Element<'_>, names: &Names, model: &mut ModelDescriptio
             causality
         });
         let variability = e.parsed("variability", "fixed, discrete or continuous", faults, |word| {
-            Variability::of(word).filter(|v| matches!(v, Variability::Fixed | Variability::Discrete | Variability::Continuous))
+            Variability::of(word)
+                .filter(|v| matches!(v, Variability::Fixed | Variability::Discrete | Variability::Continuous))
         });
         let unit = e.attribute("unit").map(|unit| names.unit(unit, e, model, faults));
         let (Some(name), Some(value_reference), Some(kind), Some(causality)) = (name, value_reference, kind, causality)
@@ -197,14 +198,29 @@ pub fn read_arrays(tool: Element<'_>, names: &Names, model: &mut ModelDescriptio
     }
     // Dependencies may name arrays that come later.
     for (index, e) in read {
-        let mut items = Vec::new();
-        for d in e.all("InitialDependency") {
-            let Some(name) = d.required("name", faults) else { continue };
-            match model.find(name) {
-                Some(item) => items.push(item),
-                None => d.bad_value("name", name, "the name of a variable or array of this model", faults),
-            }
-        }
-        model.arrays[index].initial_dependencies = items;
+        model.arrays[index].initial_dependencies = dependencies(e, model, faults);
     }
+    // ModelStructure speaks of scalars only; a scalar that depends on an array says so here. Its list there holds the rest.
+    for e in tool.all("Scalar") {
+        let Some(name) = e.required("name", faults) else { continue };
+        match model.find(name) {
+            Some(Item::Scalar(index)) => {
+                let items = dependencies(e, model, faults);
+                model.array_dependencies.insert(index, items);
+            }
+            _ => e.bad_value("name", name, "the name of a scalar variable of this model", faults),
+        }
+    }
+}
+
+fn dependencies(e: Element<'_>, model: &ModelDescription, faults: &mut Faults) -> Vec<Item> {
+    let mut items = Vec::new();
+    for d in e.all("InitialDependency") {
+        let Some(name) = d.required("name", faults) else { continue };
+        match model.find(name) {
+            Some(item) => items.push(item),
+            None => d.bad_value("name", name, "the name of a variable or array of this model", faults),
+        }
+    }
+    items
 }
