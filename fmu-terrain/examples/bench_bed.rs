@@ -43,10 +43,14 @@ fn bench(n: usize) -> Result<(), Box<dyn std::error::Error>> {
     let state = engine.state().clone();
     for threads in [1, 2] {
         engine = fmu_terrain::dem::CpuEngine::with_state(setup.clone(), state.clone(), threads)?;
-        let speed = 1.0;
-        let centre = [-0.3 * length, 0.0, report.height + 0.4 - 0.05];
-        let wheel = Cylinder::new(0.4, 0.25, centre, [0.0, 1.0, 0.0], [speed, 0.0, 0.0], [0.0, 1.5 * speed / 0.4, 0.0]);
-        let mut bodies = [Body::new(Box::new(wheel), 0)];
+        // The wheel is pressed in over 0.1 s, then driven at slip 1/3.
+        let wheel = |centre, vx: f64, vz, w| {
+            let cylinder = Cylinder::new(0.4, 0.25, centre, [0.0, 1.0, 0.0], [vx, 0.0, vz], [0.0, w, 0.0]);
+            [Body::new(Box::new(cylinder), 0)]
+        };
+        let x = -0.25 * length;
+        engine.advance(2500, &mut wheel([x, 0.0, report.height + 0.4], 0.0, -0.5, 0.0))?;
+        let mut bodies = wheel([x, 0.0, report.height + 0.35], 1.0, 0.0, 1.5 / 0.4);
         engine.advance(100, &mut bodies)?;
         let (before, steps) = (engine.state().rebuilds, (20_000_000 / n).clamp(50, 2000) as u32);
         let start = Instant::now();

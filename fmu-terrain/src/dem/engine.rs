@@ -39,7 +39,8 @@ pub struct Setup {
     pub tangential: Tangential,
     /// Whether the normal force before adhesion is clamped at zero.
     pub clamp_normal: bool,
-    /// Damping ratio of rolling and spinning resistance [1]; 0.3 is usual.
+    /// Damping ratio of rolling and spinning resistance [1]; 1 is critical: a grain comes to rest without rocking. Ai et
+    /// al. take 0.3, with which rocking takes seconds to die where rolling friction is small.
     pub rolling_damping: f64,
     /// Time in which adhesion of a new contact grows to its full value [s]; 0 = at once.
     pub adhesion_time: f64,
@@ -67,7 +68,7 @@ impl Default for Setup {
             form: Form::default(),
             tangential: Tangential::default(),
             clamp_normal: false,
-            rolling_damping: 0.3,
+            rolling_damping: 1.0,
             adhesion_time: 0.0,
             adhesion_overlap: 0.0,
             walls: Vec::new(),

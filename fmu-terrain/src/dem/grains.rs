@@ -34,6 +34,12 @@ pub fn vec_at(row: &Row, at: usize) -> Vec3 {
     [row[at], row[at + 1], row[at + 2]]
 }
 
+/// Kinetic energy of a free grain [J].
+pub fn kinetic_energy(row: &Row) -> f64 {
+    let (v, w) = (vec_at(row, V), vec_at(row, W));
+    0.5 * dot(v, v) / row[INV_M] + 0.5 * dot(w, w) / row[INV_I]
+}
+
 /// A grain to be placed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grain {
@@ -121,14 +127,7 @@ pub struct DemState {
 impl DemState {
     /// Translational and rotational kinetic energy [J]; fixed grains count nothing.
     pub fn kinetic_energy(&self) -> f64 {
-        self.rows
-            .iter()
-            .filter(|r| r[INV_M] > 0.0)
-            .map(|r| {
-                let (v, w) = (vec_at(r, V), vec_at(r, W));
-                0.5 * dot(v, v) / r[INV_M] + 0.5 * dot(w, w) / r[INV_I]
-            })
-            .sum()
+        self.rows.iter().filter(|r| r[INV_M] > 0.0).map(kinetic_energy).sum()
     }
 
     /// Mass of all grains that are not fixed [kg].
