@@ -16,6 +16,8 @@ mod values;
 
 use std::path::{Path, PathBuf};
 
+pub use library::open_fmu;
+
 use crate::description::{self, Description};
 use crate::fault::{Faults, Place};
 use plan::{Component, InputFile, Placement, Plan};
