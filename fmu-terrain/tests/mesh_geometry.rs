@@ -1,52 +1,12 @@
 //! Validation case 2.9, geometry: where and how deep a sphere touches a triangle mesh.
 
+#[path = "common/surfaces.rs"]
+mod surfaces;
+
 use fmu_terrain::dem::vec3::{Vec3, add, add_scaled, dot, norm, scale, sub};
 use fmu_terrain::mesh::{ContactScratch, FacetGrid, MeshBody, MeshContact};
+use surfaces::{Noise, folded, sheet};
 use terramech_mechanics::{RigidState, TriangleMesh, cylinder::Cylinder};
-
-/// A fixed pseudo-random sequence.
-struct Noise(u64);
-
-impl Noise {
-    /// Between -1 and 1.
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    fn vector(&mut self) -> Vec3 {
-        [self.next(), self.next(), self.next()]
-    }
-}
-
-/// A sheet over (s, t) in -1..1, as `n` x `m` quads of two triangles with alternating diagonals.
-fn sheet(n: u32, m: u32, place: impl Fn(f64, f64) -> Vec3) -> TriangleMesh {
-    let mut mesh = TriangleMesh::default();
-    for i in 0..=n {
-        for j in 0..=m {
-            let at = |k: u32, n: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
-            mesh.vertices.push(place(at(i, n), at(j, m)));
-        }
-    }
-    let at = |i: u32, j: u32| i * (m + 1) + j;
-    for i in 0..n {
-        for j in 0..m {
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-            if (i + j) % 2 == 0 {
-                mesh.triangles.extend([[a, b, c], [a, c, d]]);
-            } else {
-                mesh.triangles.extend([[a, b, d], [b, c, d]]);
-            }
-        }
-    }
-    mesh
-}
-
-/// Two half plates that meet at x = 0 under the angle `fold` (rad), raised on both sides for a positive one.
-fn folded(fold: f64) -> TriangleMesh {
-    let (sin, cos) = (0.5 * fold).sin_cos();
-    sheet(4, 4, |s, t| [0.04 * s * cos, 0.02 * t, 0.04 * s.abs() * sin])
-}
 
 fn bodied(mesh: &TriangleMesh) -> (MeshBody, Vec<u32>) {
     (MeshBody::deforming(mesh).unwrap(), (0..mesh.triangles.len() as u32).collect())

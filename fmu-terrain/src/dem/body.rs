@@ -3,16 +3,20 @@
 //! A body is kinematic: its owner says where it is at a communication point and how it moves on from there; the engine
 //! returns what the grains did to it. All sums run in canonical order (slab, then grain), so they are the same for any
 //! number of threads. At every inner step the vertex forces have the same sum and the same moment as the contact
-//! forces, to round-off: a force at a point of a facet goes to the facet's vertices by barycentric weights, a couple
-//! as forces f_k = w x (x_k - mean x), with w from the facet's 3 x 3 "inertia".
+//! forces, to round-off: see [`to_vertices`].
 
 use super::vec3::{Vec3, add, add_scaled, cross, dot, norm, scale, sub};
+use crate::mesh::{spread_couple, to_vertices};
 
 /// A place where a grain touches a body, edges and neighbouring facets already merged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyTouch {
     /// Overlap [m], positive.
     pub overlap: f64,
+    /// Factor on force and couple: where several touches are one surface, their weights sum to 1.
+    pub weight: f64,
+    /// Part of what acts once per grain and body (adhesion); the parts of all touches of a grain sum to 1.
+    pub share: f64,
     /// Unit normal, out of the body, towards the grain.
     pub normal: Vec3,
     /// Point of the body's surface.
@@ -42,8 +46,16 @@ pub trait Shape: Send + Sync {
         0
     }
     /// Position of a vertex now.
-    fn vertex(&self, _k: usize) -> Vec3 {
-        [0.0; 3]
+    fn vertex(&self, k: usize) -> Vec3 {
+        self.positions()[k]
+    }
+    /// The mesh, if it is one: to give it new vertices or a new state.
+    fn as_mesh(&mut self) -> Option<&mut crate::mesh::MeshShape> {
+        None
+    }
+    /// Positions of all vertices now.
+    fn positions(&self) -> &[Vec3] {
+        &[]
     }
 }
 
@@ -108,32 +120,24 @@ impl Body {
         self.angular_impulse = add_scaled(self.angular_impulse, h, moment);
         if t.vertices[0] != u32::MAX {
             let at = t.vertices.map(|k| k as usize);
-            let couple = couple_as_forces(at.map(|k| self.shape.vertex(k)), load.couple);
-            for k in 0..3 {
-                let f = add_scaled(couple[k], t.weights[k], load.force);
-                self.vertex_impulse[at[k]] = add_scaled(self.vertex_impulse[at[k]], h, f);
+            let x = at.map(|k| self.shape.vertex(k));
+            let forces =
+                to_vertices(x, t.weights, load.force, t.point, load.couple).unwrap_or_else(|(forces, left)| {
+                    // A facet without area cannot carry all of it: the whole body does.
+                    let sums = &mut self.vertex_impulse;
+                    spread_couple(self.shape.positions(), left, |k, f| sums[k] = add_scaled(sums[k], h, f));
+                    forces
+                });
+            for (k, f) in at.into_iter().zip(forces) {
+                self.vertex_impulse[k] = add_scaled(self.vertex_impulse[k], h, f);
             }
         }
         -h * (dot(load.force, t.velocity) + dot(load.couple, t.angular_velocity))
     }
 }
 
-/// Forces on three points that sum to zero and have the moment `couple`: f_k = w x rho_k with (sum |rho|^2 - rho rho') w =
-/// couple.
-pub fn couple_as_forces(x: [Vec3; 3], couple: Vec3) -> [Vec3; 3] {
-    if couple == [0.0; 3] {
-        return [[0.0; 3]; 3];
-    }
-    let mean = scale(1.0 / 3.0, add(add(x[0], x[1]), x[2]));
-    let rho = x.map(|p| sub(p, mean));
-    match solve3(&second_moment(&rho), couple) {
-        Some(w) => rho.map(|r| cross(w, r)),
-        None => [[0.0; 3]; 3],
-    }
-}
-
 /// Angular velocity of a facet: the rotation that its vertices have in common, in the sense that is conjugate to
-/// [`couple_as_forces`] (the couple's power is the power of the vertex forces).
+/// [`to_vertices`] (the couple's power is the power of the vertex forces).
 pub fn facet_spin(x: [Vec3; 3], v: [Vec3; 3]) -> Vec3 {
     let mean = scale(1.0 / 3.0, add(add(x[0], x[1]), x[2]));
     let rho = x.map(|p| sub(p, mean));
@@ -171,16 +175,6 @@ mod tests {
     use super::*;
 
     const X: [Vec3; 3] = [[0.1, 0.2, 0.3], [1.1, 0.1, 0.2], [0.3, 0.9, -0.1]];
-
-    #[test]
-    fn a_couple_becomes_forces_without_resultant_and_with_its_moment() {
-        let couple = [0.3, -2.0, 0.7];
-        let f = couple_as_forces(X, couple);
-        let sum = add(add(f[0], f[1]), f[2]);
-        let moment = (0..3).fold([0.0; 3], |m, k| add(m, cross(X[k], f[k])));
-        assert!(norm(sum) < 1e-14);
-        assert!(norm(sub(moment, couple)) < 1e-14);
-    }
 
     #[test]
     fn a_rigidly_turning_facet_has_that_spin() {

@@ -70,6 +70,8 @@ pub struct Touch {
     pub spin: f64,
     /// n x (rate of n) [rad/s]: how the contact frame tilts.
     pub tilt: Vec3,
+    /// Factor on the load, for the caller to apply: below 1 where several touches of a body are one surface.
+    pub weight: f64,
 }
 
 /// Force and couple on grain i; the opposite acts on the partner.

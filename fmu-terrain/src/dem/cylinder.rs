@@ -79,6 +79,8 @@ impl Shape for Cylinder {
         let velocity = add(self.velocity, cross(self.angular_velocity, sub(point, self.centre)));
         out.push(BodyTouch {
             overlap: radius - distance,
+            weight: 1.0,
+            share: 1.0,
             normal,
             point,
             velocity,

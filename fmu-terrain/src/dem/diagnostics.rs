@@ -5,7 +5,7 @@ use super::engine::Setup;
 use super::grains::MATERIAL;
 use super::kernel::{Observer, Partner, World};
 use super::law::{LawKind, terms_of};
-use super::vec3::{Vec3, add_scaled, dot};
+use super::vec3::{Vec3, add_scaled, dot, scale};
 
 /// A contact as an observer sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +46,8 @@ impl Observer for Show<'_> {
         let adhesion = repulsive - load.normal;
         let u2 = slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2];
         let energy = share * t.kn * touch.delta * touch.delta + 0.5 * t.kt * u2 - adhesion * touch.delta;
-        let force = add_scaled(load.tangential, load.normal, touch.n);
+        let force = scale(touch.weight, add_scaled(load.tangential, load.normal, touch.n));
+        let energy = touch.weight * energy;
         (self.to)(i, partner, &Touched { normal: touch.n, overlap: touch.delta, force, energy });
     }
 }

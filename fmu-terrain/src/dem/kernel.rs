@@ -1,14 +1,15 @@
 //! The contact kernels of one slab: grain-grain, grain-wall, grain-body. Scalar and portable; the reference for any
 //! vector kernel.
 
-use super::body::{Body, BodyLoad, BodyTouch, solve3};
+use super::body::{Body, BodyLoad, BodyTouch};
 use super::contact::{Load, Options, Roll, Slip, Touch, evaluate};
 use super::grains::{INV_M, MATERIAL, R, Row, V, W, vec_at};
 use super::law::Law;
 use super::material::PairTable;
 use super::slab::{BodyPair, Scratch, Slab};
-use super::vec3::{Vec3, add, add_scaled, cross, dot, norm, reject, scale, sub};
+use super::vec3::{Vec3, add, add_scaled, cross, dot, reject, scale, sub};
 use super::wall::Wall;
+use crate::mesh::inherited;
 
 /// All that the kernels read.
 pub struct World<'a> {
@@ -116,6 +117,7 @@ fn grain_grain<L: Law, const ROLL: bool>(
                 w_rel: if ROLL { sub(wa, wb) } else { [0.0; 3] },
                 spin: 0.5 * dot(add(wa, wb), n),
                 tilt: if ROLL { scale(1.0 / dist, cross(n, dv)) } else { [0.0; 3] },
+                weight: 1.0,
             };
             let pair = world.pairs.get(a[MATERIAL] as usize, b[MATERIAL] as usize);
             let roll = if ROLL { Some(&mut slab.roll[list.start + p]) } else { None };
@@ -159,6 +161,7 @@ fn against(row: &Row, n: Vec3, delta: f64, lever: Vec3, v_j: Vec3, w_j: Vec3) ->
         w_rel: sub(w, w_j),
         spin: 0.5 * dot(add(w, w_j), n),
         tilt: reject(w_j, n),
+        weight: 1.0,
     }
 }
 
@@ -209,7 +212,7 @@ fn grain_body<L: Law, const ROLL: bool>(
         return;
     }
     let mut touches = Vec::new();
-    let mut known = slab.bodies.iter().peekable();
+    let mut known = &slab.bodies[..];
     for (b, body) in world.bodies.iter().enumerate() {
         let [low, high] = body.shape.bounds();
         for i in slab.grains() {
@@ -225,17 +228,11 @@ fn grain_body<L: Law, const ROLL: bool>(
                 continue;
             }
             let key = (b as u32, i as u32);
-            while known.next_if(|p| (p.body, p.grain) < key).is_some() {}
-            let old = known.next_if(|p| (p.body, p.grain) == key);
-            let mut pair = old.copied().unwrap_or(BodyPair {
-                body: key.0,
-                grain: key.1,
-                slip: Slip::default(),
-                roll: Roll::default(),
-            });
-            let (f, t) = body_loads::<L, ROLL>(law, world, b, i, &touches, &mut pair, scratch, observer);
+            let from = known.partition_point(|p| (p.body, p.grain) < key);
+            let to = from + known[from..].iter().take_while(|p| (p.body, p.grain) == key).count();
+            let (f, t) = body_loads::<L, ROLL>(law, world, key, &touches, &known[from..to], scratch, observer);
+            known = &known[to..];
             add_to(&mut scratch.force[i - slab.first as usize], f, t);
-            scratch.body_pairs.push(pair);
         }
     }
     std::mem::swap(&mut slab.bodies, &mut scratch.body_pairs);
@@ -243,66 +240,44 @@ fn grain_body<L: Law, const ROLL: bool>(
 
 /// The contacts of one grain with one body; force and torque on the grain.
 ///
-/// The pair has one tangential displacement u, a vector in space. With one touch it is that touch's. With several (a
-/// grain in a corner), each touch takes the part of u in its own plane, moves it on, and u becomes the vector whose parts
-/// fit theirs best (least squares, by overlap): so that friction acts on each face with its own limit, and nothing is
-/// forgotten as the grain leaves one face. Adhesion acts once: each touch carries its share by overlap. Rolling
-/// resistance acts at the deepest touch.
+/// History belongs to the pair: a touch continues that old touch of the pair whose normal is nearest to its own
+/// ([`inherited`]), whatever facets they lie on, so that friction survives the crossing of edges; and in a corner each
+/// face has its own displacement and its own Coulomb limit. Adhesion acts once: each touch carries its share.
 fn body_loads<L: Law, const ROLL: bool>(
     law: L,
     world: &World,
-    b: usize,
-    i: usize,
+    (body, grain): (u32, u32),
     touches: &[BodyTouch],
-    pair: &mut BodyPair,
+    old: &[BodyPair],
     scratch: &mut Scratch,
     observer: &mut impl Observer,
 ) -> (Vec3, Vec3) {
-    let row = &world.rows[i];
-    let material = world.pairs.get(row[MATERIAL] as usize, world.bodies[b].material);
-    let total: f64 = touches.iter().map(|t| t.overlap).sum();
-    let deepest = (0..touches.len()).fold(0, |d, k| if touches[k].overlap > touches[d].overlap { k } else { d });
-    let old = pair.slip;
+    let row = &world.rows[grain as usize];
+    let material = world.pairs.get(row[MATERIAL] as usize, world.bodies[body as usize].material);
     let (mut f_sum, mut t_sum) = ([0.0; 3], [0.0; 3]);
-    let (mut planes, mut parts, mut mean) = ([[0.0; 3]; 3], [0.0; 3], [0.0; 3]);
-    for (k, at) in touches.iter().enumerate() {
-        let share = at.overlap / total;
-        let lever = sub(at.point, vec_at(row, 0));
-        let touch = against(row, at.normal, at.overlap, lever, at.velocity, at.angular_velocity);
-        let mut options = world.options;
-        options.adhesion_scale *= share;
-        let mut slip = old;
-        let load = if k == deepest {
-            evaluate::<L, ROLL>(&law, material, &options, &touch, &mut slip, Some(&mut pair.roll))
-        } else {
-            evaluate::<L, false>(&law, material, &options, &touch, &mut slip, None)
-        };
-        observer.contact(i, Partner::Body(b), &touch, &load, &slip);
-        pair.slip[3] = slip[3];
-        let u = [slip[0], slip[1], slip[2]];
-        mean = add_scaled(mean, share, u);
-        parts = add_scaled(parts, share, reject(u, at.normal));
-        for r in 0..3 {
-            for c in 0..3 {
-                planes[r][c] += share * (if r == c { 1.0 } else { 0.0 } - at.normal[r] * at.normal[c]);
-            }
+    for at in touches {
+        let mut pair = BodyPair { body, grain, normal: at.normal, slip: Slip::default(), roll: Roll::default() };
+        if let Some((k, kept)) = inherited(at.normal, old.iter().map(|p| p.normal)) {
+            let from = &old[k];
+            pair.slip = from.slip.map(|u| kept * u);
+            pair.roll = scale(kept, from.roll);
         }
-        let f = add_scaled(load.tangential, load.normal, at.normal);
-        let t = add(cross(lever, f), load.couple);
+        // How far adhesion has grown is the pair's too.
+        pair.slip[3] = old.first().map_or(0.0, |p| p.slip[3]);
+        let lever = sub(at.point, vec_at(row, 0));
+        let touch =
+            Touch { weight: at.weight, ..against(row, at.normal, at.overlap, lever, at.velocity, at.angular_velocity) };
+        let mut options = world.options;
+        // Divided by the weight that the whole load is multiplied with below.
+        options.adhesion_scale *= at.share / at.weight;
+        let load = evaluate::<L, ROLL>(&law, material, &options, &touch, &mut pair.slip, Some(&mut pair.roll));
+        observer.contact(grain as usize, Partner::Body(body as usize), &touch, &load, &pair.slip);
+        scratch.body_pairs.push(pair);
+        let f = scale(at.weight, add_scaled(load.tangential, load.normal, at.normal));
+        let couple = scale(at.weight, load.couple);
         f_sum = add(f_sum, f);
-        t_sum = add(t_sum, t);
-        scratch.body_loads.push(BodyLoad {
-            body: b as u32,
-            touch: *at,
-            force: scale(-1.0, f),
-            couple: scale(-1.0, load.couple),
-        });
+        t_sum = add(t_sum, add(cross(lever, f), couple));
+        scratch.body_loads.push(BodyLoad { body, touch: *at, force: scale(-1.0, f), couple: scale(-1.0, couple) });
     }
-    let u = match touches.len() {
-        1 => mean,
-        // Nearly parallel faces leave the common normal undetermined: there the mean is as good.
-        _ => solve3(&planes, parts).filter(|u| norm(*u) <= 2.0 * norm(mean)).unwrap_or(mean),
-    };
-    pair.slip[..3].copy_from_slice(&u);
     (f_sum, t_sum)
 }

@@ -114,7 +114,8 @@ fn carry_bodies(old: &[Slab], slabs: &mut [Slab], order: &[u32]) {
         slabs[k].bodies.push(super::slab::BodyPair { grain, ..*pair });
     }
     for s in slabs {
-        s.bodies.sort_unstable_by_key(|p| (p.body, p.grain));
+        // Stable: the touches of one grain keep their order.
+        s.bodies.sort_by_key(|p| (p.body, p.grain));
     }
 }
 

@@ -27,13 +27,15 @@ pub struct WallPair {
     pub roll: Roll,
 }
 
-/// A grain that touches a body.
+/// A grain that touches a body: one entry per touch, in the order in which the shape gave them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodyPair {
     /// Number of the body.
     pub body: u32,
     /// Place of the grain.
     pub grain: u32,
+    /// Normal of the touch: what tells one from another, since a touch may wander over facets.
+    pub normal: super::vec3::Vec3,
     /// History.
     pub slip: Slip,
     /// History of rolling.

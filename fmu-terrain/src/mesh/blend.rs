@@ -69,8 +69,8 @@ pub struct Leaf {
     pub delta: f64,
     /// Its contact normal.
     pub normal: Vec3,
-    /// Loses ties: a facet without area cannot carry a couple.
-    pub degenerate: bool,
+    /// Decides ties: the lowest wins.
+    pub rank: u8,
 }
 
 /// Two leaves that share an edge.
@@ -136,14 +136,15 @@ impl Blend {
     }
 
     /// Whether the deepest leaf of component `x` is to be kept before that of `y`.
-    fn before(&self, leaves: &[Leaf], x: u32, y: u32) -> bool {
+    fn before(&self, leaves: &[Leaf], x: u32, y: u32, tolerance: f64) -> bool {
         let (i, j) = (self.best[x as usize], self.best[y as usize]);
         let (a, b) = (&leaves[i as usize], &leaves[j as usize]);
-        b.delta.total_cmp(&a.delta).then(a.degenerate.cmp(&b.degenerate)).then(i.cmp(&j)).is_lt()
+        let rise = a.delta - b.delta;
+        if rise.abs() > tolerance { rise > 0.0 } else { (a.rank, i) < (b.rank, j) }
     }
 
     fn join(&mut self, leaves: &[Leaf], x: u32, y: u32, level: f64, delta_max: f64, tolerance: f64) {
-        let (x, y) = if self.before(leaves, x, y) { (x, y) } else { (y, x) };
+        let (x, y) = if self.before(leaves, x, y, tolerance) { (x, y) } else { (y, x) };
         let omega = |c: u32| (self.top[c as usize] - level).max(0.0);
         let (omega_x, omega_y) = (omega(x), omega(y));
         if omega_y <= tolerance {

@@ -1,6 +1,7 @@
 //! A mesh body: its vertices now, and how they move between communication points.
 
 use super::topology::Topology;
+use crate::dem::body::facet_spin;
 use crate::dem::vec3::{Vec3, add, add_scaled, cross, dot, sub};
 use terramech_mechanics::{RigidState, TriangleMesh};
 
@@ -207,6 +208,17 @@ impl MeshBody {
     pub fn velocity_at(&self, t: u32, b: [f64; 3]) -> Vec3 {
         let [p, q, r] = self.topology.triangles[t as usize].map(|v| self.v[v as usize]);
         std::array::from_fn(|k| b[0] * p[k] + b[1] * q[k] + b[2] * r[k])
+    }
+
+    /// Angular velocity of facet `t`: the body's, or the rotation that the facet's vertices have in common, in the sense
+    /// that the power of a couple is the power of the vertex forces that carry it.
+    pub fn spin_at(&self, t: u32) -> Vec3 {
+        match &self.motion {
+            Motion::Rigid { state, .. } => state.angular_velocity.into(),
+            Motion::Free { .. } => {
+                facet_spin(self.corners(t), self.topology.triangles[t as usize].map(|v| self.v[v as usize]))
+            }
+        }
     }
 
     /// How far any vertex is from where it was at the last [`super::FacetGrid::refit`], in m.

@@ -91,6 +91,11 @@ impl FacetGrid {
         (self.low, self.high)
     }
 
+    /// Edge length of a cell (m): about the size of a facet.
+    pub fn cell_size(&self) -> f64 {
+        1.0 / self.per_length
+    }
+
     /// Whether a grain at `c` may be within `reach` of the body's box.
     #[inline]
     pub fn may_reach(&self, c: Vec3, reach: f64) -> bool {

@@ -93,9 +93,16 @@ impl MeshBody {
                 return false;
             }
             let distance = norm(d);
-            leaves.push(Leaf { delta: r - distance, normal: scale(1.0 / distance, d), degenerate: q.degenerate });
-            true
+            let delta = r - distance;
+            // A root rounds: what was within the radius by its square may not be by its length.
+            if delta > 0.0 {
+                leaves.push(Leaf { delta, normal: scale(1.0 / distance, d), rank: rank(q) });
+            }
+            delta > 0.0
         });
+        if leaves.is_empty() {
+            return contacts;
+        }
         if let ([(t, q)], [leaf]) = (&found[..], &leaves[..]) {
             contacts.push(self.contact(*t, q, leaf.normal, leaf.delta));
             return contacts;
@@ -197,6 +204,18 @@ impl MeshBody {
                 sum
             }
         }
+    }
+}
+
+/// Which of two facets that touch at the same point is the contact: a face before an edge, an edge before a corner (their
+/// normals are exact to round-off over the facet's size, not over the distance from the edge), and last a facet without
+/// area, which cannot carry a couple.
+fn rank(q: &Closest) -> u8 {
+    match q.feature {
+        _ if q.degenerate => 3,
+        Feature::Face => 0,
+        Feature::Edge(_) => 1,
+        Feature::Corner(_) => 2,
     }
 }
 

@@ -44,6 +44,7 @@ fn touch(n: Vec3, delta: f64, v: Vec3, w_rel: Vec3) -> Touch {
         w_rel,
         spin: 0.0,
         tilt: [0.0; 3],
+        weight: 1.0,
     }
 }
 

@@ -1,7 +1,6 @@
-//! From contact forces to forces on vertices, summed over a communication step.
+//! From a contact's force and couple to forces on vertices.
 
-use super::body::MeshBody;
-use crate::dem::vec3::{Vec3, add, add_scaled, cross, dot, scale, sub};
+use crate::dem::vec3::{Vec3, add, cross, scale, sub};
 
 /// Forces on the three corners of a facet that together are the force `f` (N) acting at point `p` (m) and the couple `m`
 /// (N m): sum f_k = f and sum x_k x f_k = p x f + m, to round-off. `b` are barycentric weights (they sum to 1), best those
@@ -9,8 +8,7 @@ use crate::dem::vec3::{Vec3, add, add_scaled, cross, dot, scale, sub};
 ///
 /// The couple becomes f_k += a x (x_k - g), g the centroid: the least forces that do it, with a from the 3 x 3 inertia-like
 /// matrix of the corners. **A facet without area cannot carry a couple about its line**: then `Err` gives the forces
-/// b_k f alone, and the couple they leave out, which the caller has to put elsewhere ([`VertexLoads`] spreads it over the
-/// whole body).
+/// b_k f alone, and the couple they leave out, which the caller has to put elsewhere (see [`spread_couple`]).
 #[inline]
 pub fn to_vertices(x: [Vec3; 3], b: [f64; 3], f: Vec3, p: Vec3, m: Vec3) -> Result<[Vec3; 3], ([Vec3; 3], Vec3)> {
     let at: Vec3 = std::array::from_fn(|k| b[0] * x[0][k] + b[1] * x[1][k] + b[2] * x[2][k]);
@@ -78,67 +76,13 @@ impl Spread {
     }
 }
 
-/// What grains did to a body since the last communication point.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct VertexLoads {
-    /// Impulse on each vertex, in N s.
-    impulse: Vec<Vec3>,
-    /// Couples (N m s) that no facet could carry.
-    stray: Vec3,
-    /// Impulse on the body, and its moment about the body's centre as it moved, in N s and N m s.
-    total: Vec3,
-    total_moment: Vec3,
-}
-
-impl VertexLoads {
-    /// Nothing yet, for a body of so many vertices. Keeps its memory.
-    pub fn clear(&mut self, vertices: usize) {
-        self.impulse.clear();
-        self.impulse.resize(vertices, [0.0; 3]);
-        (self.stray, self.total, self.total_moment) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-    }
-
-    /// Adds force `f` (N) on the body at point `p` of facet `t`, barycentric weights `b`, and couple `m` (N m), over the
-    /// inner step `h` (s), with the body as it lies now. Calls must come in an order that depends on the state alone.
-    pub fn add(&mut self, body: &MeshBody, t: u32, b: [f64; 3], f: Vec3, p: Vec3, m: Vec3, h: f64) {
-        let forces = match to_vertices(body.corners(t), b, f, p, m) {
-            Ok(forces) => forces,
-            Err((forces, couple)) => {
-                self.stray = add_scaled(self.stray, h, couple);
-                forces
-            }
-        };
-        for (v, f) in body.triangles()[t as usize].iter().zip(forces) {
-            let sum = &mut self.impulse[*v as usize];
-            *sum = add_scaled(*sum, h, f);
-        }
-        self.total = add_scaled(self.total, h, f);
-        let moment = add(m, cross(sub(p, body.center()), f));
-        self.total_moment = add_scaled(self.total_moment, h, moment);
-    }
-
-    /// Mean wrench over `span` s: force (N), and moment (N m) about the body's centre as it moved.
-    pub fn wrench(&self, span: f64) -> (Vec3, Vec3) {
-        (scale(1.0 / span, self.total), scale(1.0 / span, self.total_moment))
-    }
-
-    /// Mean forces over `span` s: indices of the vertices with force, ascending, and their forces (N, three each).
-    /// Couples that no facet could carry are spread over all vertices of the body.
-    pub fn means(&self, body: &MeshBody, span: f64, index: &mut Vec<i32>, force: &mut Vec<f64>) {
-        index.clear();
-        force.clear();
-        let x = body.positions();
-        let g = scale(1.0 / x.len() as f64, x.iter().fold([0.0; 3], |s, &p| add(s, p)));
-        let stray = (self.stray != [0.0; 3])
-            .then(|| Spread::new(x.iter().map(|&p| sub(p, g))).map(|s| s.solve(self.stray)))
-            .flatten();
-        for (v, impulse) in self.impulse.iter().enumerate() {
-            let impulse = stray.map_or(*impulse, |a| add(*impulse, cross(a, sub(x[v], g))));
-            if dot(impulse, impulse) > 0.0 {
-                index.push(v as i32);
-                force.extend(impulse.map(|i| i / span));
-            }
-        }
+/// Forces on all points `x` that sum to zero and have the moment `couple` (N m), each given to `put` with its number. For a
+/// couple that no single facet can carry. Points on a line carry what they can.
+pub fn spread_couple(x: &[Vec3], couple: Vec3, mut put: impl FnMut(usize, Vec3)) {
+    let g = scale(1.0 / x.len() as f64, x.iter().fold([0.0; 3], |s, &p| add(s, p)));
+    if let Some(spread) = Spread::new(x.iter().map(|&p| sub(p, g))) {
+        let a = spread.solve(couple);
+        x.iter().enumerate().for_each(|(k, &p)| put(k, cross(a, sub(p, g))));
     }
 }
 
@@ -186,5 +130,17 @@ mod tests {
             to_vertices(x, [0.5, 0.5, 0.0], [0.0, 0.0, 4.0], [0.5, 0.1, 0.0], [0.3, 0.0, 0.0]).unwrap_err();
         assert_eq!(forces, [[0.0, 0.0, 2.0], [0.0, 0.0, 2.0], [0.0; 3]]);
         assert!(norm(sub(couple, [0.7, 0.0, 0.0])) < 1e-15);
+    }
+
+    #[test]
+    fn a_couple_spread_over_a_body_is_that_couple() {
+        let mut noise_seed = 3;
+        let x: Vec<Vec3> = (0..40).map(|_| [0; 3].map(|_| noise(&mut noise_seed))).collect();
+        let (mut sum, mut moment) = ([0.0; 3], [0.0; 3]);
+        spread_couple(&x, [0.3, -0.2, 0.9], |k, f| {
+            sum = add(sum, f);
+            moment = add(moment, cross(x[k], f));
+        });
+        assert!(norm(sum) < 1e-14 && norm(sub(moment, [0.3, -0.2, 0.9])) < 1e-14);
     }
 }

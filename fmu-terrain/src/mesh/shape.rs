@@ -1,0 +1,106 @@
+//! A mesh as a body of the granular engine.
+
+use super::body::MeshBody;
+use super::broad::FacetGrid;
+use super::narrow::ContactScratch;
+use crate::dem::body::{BodyTouch, Shape};
+use crate::dem::vec3::Vec3;
+use std::cell::RefCell;
+
+/// A mesh body with its facet grid. The grid is refitted when the mesh has moved by half a cell; until then the search
+/// reaches further by how far it has moved. When it is refitted changes no contact: only how many facets are looked at.
+pub struct MeshShape {
+    body: MeshBody,
+    grid: FacetGrid,
+    drift: f64,
+}
+
+thread_local! {
+    /// Candidates and scratch of this thread: no contact allocates. Nothing in it outlives a call.
+    static SCRATCH: RefCell<(Vec<u32>, ContactScratch)> = RefCell::default();
+}
+
+impl MeshShape {
+    /// A body as it lies now.
+    pub fn new(mut body: MeshBody) -> Self {
+        let mut grid = FacetGrid::default();
+        grid.refit(&mut body);
+        Self { body, grid, drift: 0.0 }
+    }
+
+    /// The body.
+    pub fn body(&self) -> &MeshBody {
+        &self.body
+    }
+
+    /// Gives the body new vertices or a new state by `change`, at a communication point.
+    ///
+    /// # Errors
+    /// Those of `change`.
+    pub fn update<E>(&mut self, change: impl FnOnce(&mut MeshBody) -> Result<(), E>) -> Result<(), E> {
+        change(&mut self.body)?;
+        self.moved();
+        Ok(())
+    }
+
+    fn moved(&mut self) {
+        self.drift = self.body.drift();
+        if self.drift > 0.5 * self.grid.cell_size() {
+            self.grid.refit(&mut self.body);
+            self.drift = 0.0;
+        }
+    }
+}
+
+impl Shape for MeshShape {
+    fn move_to(&mut self, t: f64) {
+        self.body.move_to(t);
+        self.moved();
+    }
+
+    fn bounds(&self) -> [Vec3; 2] {
+        let (low, high) = self.grid.bounds();
+        [low.map(|x| x - self.drift), high.map(|x| x + self.drift)]
+    }
+
+    fn touches(&self, centre: Vec3, radius: f64, out: &mut Vec<BodyTouch>) {
+        SCRATCH.with_borrow_mut(|(near, scratch)| {
+            near.clear();
+            self.grid.cells_near(centre, radius + self.drift, near);
+            if near.is_empty() {
+                return;
+            }
+            out.extend(self.body.contacts(centre, radius, near, scratch).iter().map(|k| BodyTouch {
+                overlap: k.overlap,
+                weight: k.weight,
+                share: k.share,
+                normal: k.normal,
+                point: k.point,
+                velocity: k.velocity,
+                angular_velocity: self.body.spin_at(k.triangle),
+                vertices: self.body.triangles()[k.triangle as usize],
+                weights: k.barycentric,
+            }));
+        });
+    }
+
+    fn centre(&self) -> Vec3 {
+        self.body.center()
+    }
+
+    fn vertices(&self) -> usize {
+        self.body.positions().len()
+    }
+
+    fn vertex(&self, k: usize) -> Vec3 {
+        self.body.positions()[k]
+    }
+
+    fn as_mesh(&mut self) -> Option<&mut MeshShape> {
+        Some(self)
+    }
+
+    fn positions(&self) -> &[Vec3] {
+        self.body.positions()
+    }
+}
