@@ -1,0 +1,86 @@
+//! What may be typed.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+/// Couples units (FMUs) as a system description says, and records the run.
+#[derive(Debug, Parser)]
+#[command(
+    name = "terramech",
+    version,
+    after_help = "Exit codes: 0 done; 1 wrong input; 2 a unit failed; 3 numerical failure; 4 environment (disk, threads); 130 stopped by Ctrl-C"
+)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a system
+    Run(Run),
+    /// Check a system and tell every fault; runs nothing
+    Check(Check),
+    /// Show the variables and connections of a system or an FMU
+    Inspect(Inspect),
+}
+
+/// How a system is found and changed.
+#[derive(Debug, clap::Args)]
+pub struct System {
+    /// System description: a .ssd file, a .ssp archive, or the folder of an unpacked one
+    pub system: PathBuf,
+    /// Stop time in s instead of the description's
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub stop_time: Option<String>,
+    /// Set a parameter or start value, as unit.variable=value; may be repeated
+    #[arg(long, value_name = "UNIT.VARIABLE=VALUE")]
+    pub set: Vec<String>,
+    /// A folder to search for FMUs with bare names; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub fmu_path: Vec<PathBuf>,
+}
+
+/// `terramech run`.
+#[derive(Debug, clap::Args)]
+pub struct Run {
+    /// The system.
+    #[command(flatten)]
+    pub system: System,
+    /// Folder for the results: new, empty, or of an earlier run, whose files are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Threads for all units together [default: the cores this process may use]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    pub threads: Option<u16>,
+    /// Show neither progress nor the closing table
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// `terramech check`.
+#[derive(Debug, clap::Args)]
+pub struct Check {
+    /// The system.
+    #[command(flatten)]
+    pub system: System,
+}
+
+/// `terramech inspect`.
+#[derive(Debug, clap::Args)]
+pub struct Inspect {
+    /// A system description (.ssd, .ssp, folder) or an FMU (.fmu, folder)
+    pub path: PathBuf,
+    /// A folder to search for FMUs with bare names; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub fmu_path: Vec<PathBuf>,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+    /// As a Mermaid graph
+    #[arg(long, conflicts_with = "json")]
+    pub mermaid: bool,
+}

@@ -1,0 +1,99 @@
+//! The commands, from typed arguments to their exit code.
+
+use std::ffi::OsString;
+
+use super::args::{Args, Check, Command, Run, System};
+use crate::check;
+use crate::check::plan::Plan;
+use crate::fault::Faults;
+use crate::run::{self, Display, ExitCode, Options, Stop};
+
+/// Carries out a command.
+pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
+    match args.command {
+        Command::Run(args) => run(&args, words),
+        Command::Check(args) => check(&args),
+        Command::Inspect(_) => ExitCode::Input,
+    }
+}
+
+fn plan(system: &System) -> Result<Plan, ExitCode> {
+    let options = check::Options {
+        fmu_path: system.fmu_path.clone(),
+        stop_time: system.stop_time.clone(),
+        set: system.set.clone(),
+        ..check::Options::default()
+    };
+    check::plan(&system.system, &options).map_err(|faults| tell(&faults))
+}
+
+/// Prints faults and gives their exit code.
+fn tell(faults: &Faults) -> ExitCode {
+    eprintln!("{faults}");
+    if faults.len() > 1 {
+        eprintln!("{} faults; nothing was run", faults.len());
+    }
+    if faults.exit_code() == 4 { ExitCode::Environment } else { ExitCode::Input }
+}
+
+fn run(args: &Run, words: &[OsString]) -> ExitCode {
+    let plan = match plan(&args.system) {
+        Ok(plan) => plan,
+        Err(code) => return code,
+    };
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    let options = Options {
+        out: args.out.clone(),
+        threads: args.threads.map_or_else(cores, usize::from),
+        command: words.iter().map(|w| w.to_string_lossy().into_owned()).collect(),
+    };
+    let stop = Stop::new();
+    if let Err(e) = stop.on_interrupt() {
+        eprintln!("note: Ctrl-C will not stop this run cleanly: {e}");
+    }
+    let display = if args.quiet { Display::quiet() } else { Display::for_stderr() };
+    match run::run(plan, &options, display, &stop) {
+        Ok(outcome) => {
+            for remark in &outcome.remarks {
+                eprintln!("note: {remark}");
+            }
+            let code = outcome.exit_code();
+            if !matches!(outcome.end, run::End::Done) {
+                eprintln!("{}", run::tell(&outcome.end));
+            }
+            if !args.quiet {
+                print!("{}", run::closing(&outcome));
+                println!("results in {}", outcome.out.display());
+            } else if code != ExitCode::Done {
+                eprintln!("what was recorded is in {}", outcome.out.display());
+            }
+            code
+        }
+        Err(failure) => {
+            eprintln!("{failure}");
+            run::code_of_failure(&failure)
+        }
+    }
+}
+
+fn check(args: &Check) -> ExitCode {
+    match plan(&args.system) {
+        Ok(plan) => {
+            for note in &plan.notes {
+                eprintln!("note: {note}");
+            }
+            println!(
+                "{}: {} units, {} connections, {} array connections; {} steps of {} s to t = {} s: no fault",
+                plan.name,
+                plan.components.len(),
+                plan.connections.len(),
+                plan.arrays.len(),
+                plan.clock.steps,
+                plan.clock.step,
+                plan.clock.stop()
+            );
+            ExitCode::Done
+        }
+        Err(code) => code,
+    }
+}

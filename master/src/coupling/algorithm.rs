@@ -1,0 +1,39 @@
+//! Coupling algorithms: in which order units are read, set and stepped.
+
+use super::{Failure, System};
+
+/// Where a step has led.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Advance {
+    /// All units that were due have reached their next communication point; this is the next base step.
+    To(u64),
+    /// A unit ended the run by itself; see [`System::ended`].
+    Ended,
+}
+
+/// A coupling algorithm.
+///
+/// # Protocol
+/// Before each call the caller has read all outputs that are due at `tick` ([`System::read`]) and shown them to the observers. The algorithm sets
+/// inputs and steps units until the system stands at a later base step, which it returns. It may read, save and restore units in between.
+/// After an error the system takes no further step; what was read stays readable.
+pub trait Algorithm {
+    /// From base step `tick` to a later one.
+    ///
+    /// # Errors
+    /// The failure of a unit.
+    fn advance(&mut self, system: &mut System, tick: u64) -> Result<Advance, Failure>;
+}
+
+/// All outputs first, then all inputs, then all units side by side: explicit, first order, and the only algorithm in which no
+/// unit waits for another.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Jacobi;
+
+impl Algorithm for Jacobi {
+    fn advance(&mut self, system: &mut System, tick: u64) -> Result<Advance, Failure> {
+        system.carry(tick)?;
+        system.step(tick)?;
+        Ok(if system.ended().is_some() { Advance::Ended } else { Advance::To(tick + 1) })
+    }
+}

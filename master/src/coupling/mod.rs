@@ -1,0 +1,31 @@
+//! Coupled units in time: initialisation, and communication step after communication step.
+//!
+//! A [`System`] holds the instances of a [`Plan`](crate::check::plan::Plan), what they read from each other and the time in whole base
+//! steps. It offers the parts of a communication step (read all outputs that are due, carry them to inputs, let all due units
+//! step); an [`Algorithm`] puts them in order. The caller's loop is
+//!
+//! ```text
+//! initialise
+//! loop: system.read(tick); observers record; stop at the end or on request; tick = algorithm.advance(system, tick)
+//! ```
+//!
+//! so that observers see all units at the same time, before any input is set.
+//!
+//! Results are the same bits for any number of threads: a unit is called by one thread at a time, what it computes depends
+//! on its inputs alone, and those are carried by the caller's thread in the order of the plan.
+
+mod algorithm;
+mod connect;
+mod failure;
+mod initialise;
+mod pool;
+mod share;
+mod system;
+mod watch;
+
+pub use algorithm::{Advance, Algorithm, Jacobi};
+pub use failure::{Failure, UnitFailure};
+pub use initialise::assemble;
+pub use share::share_threads;
+pub use system::{Clockwork, System};
+pub use watch::{Schedule, WatchId};

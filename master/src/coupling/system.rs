@@ -1,0 +1,311 @@
+//! The coupled units and the parts of a communication step.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::Failure;
+use super::connect::{Links, list};
+use super::pool::{Answer, Finished, Member, Pool, Task};
+use super::watch::{Schedule, Watch, WatchId};
+use crate::check::plan::Plan;
+use crate::decimal::Clock;
+use crate::loading::{CallError, NotFinite, Outputs, Sets, Stepped};
+
+/// Work below this (s) is not worth waking a thread for: handing a unit over and back costs some 10 microseconds.
+const WORTH_A_THREAD: f64 = 30e-6;
+
+/// Wall time of a run so far, by purpose.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Clockwork {
+    /// Initialisation (s).
+    pub initialise: f64,
+    /// From the first communication point to the last (s).
+    pub run: f64,
+    /// Reading outputs for others, carrying and setting them (s).
+    pub coupling: f64,
+    /// Reading values for observers (s).
+    pub watching: f64,
+}
+
+/// The instances of a plan and what passes between them.
+pub struct System {
+    pub(super) plan: Arc<Plan>,
+    /// `None` while a worker has it.
+    pub(super) members: Vec<Option<Box<Member>>>,
+    pub(super) threads: Vec<u32>,
+    pub(super) pool: Pool,
+    links: Links,
+    watches: Vec<Watch>,
+    sets: Sets,
+    finished: Vec<Finished>,
+    due: Vec<usize>,
+    pub(super) clockwork: Clockwork,
+    /// A unit that ended the run, and the time it had reached (s).
+    ended: Option<(usize, f64)>,
+}
+
+impl System {
+    pub(super) fn new(plan: Arc<Plan>, members: Vec<Option<Box<Member>>>, threads: Vec<u32>, pool: Pool) -> Self {
+        use crate::check::plan::When;
+        let links = Links::new(
+            &plan,
+            plan.connections.iter().filter(|c| c.when == When::Always),
+            plan.arrays.iter().filter(|c| c.when == When::Always),
+        );
+        Self {
+            plan,
+            members,
+            threads,
+            pool,
+            links,
+            watches: Vec::new(),
+            sets: Sets::default(),
+            finished: Vec::new(),
+            due: Vec::new(),
+            clockwork: Clockwork::default(),
+            ended: None,
+        }
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &Arc<Plan> {
+        &self.plan
+    }
+
+    /// The clock.
+    pub fn clock(&self) -> Clock {
+        self.plan.clock
+    }
+
+    /// Threads of each unit.
+    pub fn threads(&self) -> &[u32] {
+        &self.threads
+    }
+
+    /// Where the wall time went.
+    pub fn clockwork(&self) -> Clockwork {
+        self.clockwork
+    }
+
+    /// Notes the wall time from the first communication point to the last.
+    pub fn ran_for(&mut self, time: std::time::Duration) {
+        self.clockwork.run = time.as_secs_f64();
+    }
+
+    /// Number of steps of a unit, and the wall time inside them (s).
+    pub fn effort(&self, unit: usize) -> (u64, f64) {
+        self.members[unit].as_ref().map_or((0, 0.0), |m| (m.calls, m.seconds))
+    }
+
+    /// The unit that ended the run by itself, and the time it had reached (s).
+    pub fn ended(&self) -> Option<(usize, f64)> {
+        self.ended
+    }
+
+    /// Whether a unit communicates at this base step.
+    pub fn is_due(&self, unit: usize, tick: u64) -> bool {
+        tick.is_multiple_of(self.plan.components[unit].multiple)
+    }
+
+    /// Asks for variables of a unit to be read on a schedule; `fill` adds them. Call it before the first `read`.
+    pub fn watch(&mut self, unit: usize, schedules: Vec<Schedule>, fill: impl FnOnce(&mut Outputs)) -> WatchId {
+        let mut outputs = Outputs::default();
+        fill(&mut outputs);
+        self.watches.push(Watch { member: unit, schedules, outputs });
+        WatchId(self.watches.len() - 1)
+    }
+
+    /// What was read last for an observer.
+    pub fn watched(&self, id: WatchId) -> &Outputs {
+        &self.watches[id.0].outputs
+    }
+
+    /// Reads the outputs of all units that communicate now, for the others and for observers.
+    ///
+    /// # Errors
+    /// A call that fails; a value that is not finite.
+    pub fn read(&mut self, tick: u64) -> Result<(), Failure> {
+        let begin = Instant::now();
+        for unit in 0..self.members.len() {
+            if self.is_due(unit, tick) && !self.links.outputs[unit].is_empty() {
+                let time = self.plan.clock.time(tick);
+                let outputs = &mut self.links.outputs[unit];
+                read(&self.plan, unit, self.members[unit].as_deref_mut(), outputs, time)?;
+            }
+        }
+        let carried = Instant::now();
+        self.clockwork.coupling += (carried - begin).as_secs_f64();
+        for watch in &mut self.watches {
+            let multiple = self.plan.components[watch.member].multiple;
+            if tick.is_multiple_of(multiple) && watch.schedules.iter().any(|s| s.is_due_within(tick, multiple)) {
+                let time = self.plan.clock.time(tick);
+                let member = self.members[watch.member].as_deref_mut();
+                read(&self.plan, watch.member, member, &mut watch.outputs, time)?;
+            }
+        }
+        self.clockwork.watching += carried.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Sets the inputs of all units that communicate now from what was read.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn carry(&mut self, tick: u64) -> Result<(), Failure> {
+        let begin = Instant::now();
+        let plan = Arc::clone(&self.plan);
+        let due = |unit: usize| tick.is_multiple_of(plan.components[unit].multiple);
+        for unit in self.links.targets().filter(|&u| due(u)) {
+            let Some(member) = self.members[unit].as_deref_mut() else { continue };
+            self.links
+                .carry(&plan, unit, &mut member.instance, &mut self.sets, due)
+                .map_err(|r| Failure::unit(r.error, Some(plan.clock.time(tick)), r.about))?;
+        }
+        self.clockwork.coupling += begin.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Lets all units that communicate now do their step, side by side where that pays.
+    ///
+    /// # Errors
+    /// The failure of the first unit, in the order of the plan; all have come back then.
+    pub fn step(&mut self, tick: u64) -> Result<(), Failure> {
+        let mut due = std::mem::take(&mut self.due);
+        due.clear();
+        // A slow unit's last step that would end after the run is left out.
+        let fits = |u: usize| tick + self.plan.components[u].multiple <= self.plan.clock.steps;
+        due.extend((0..self.members.len()).filter(|&u| self.is_due(u, tick) && fits(u) && self.members[u].is_some()));
+        // The caller takes the heaviest unit, whose step then pays for no wake-up and no cold cache.
+        let cost = |system: &Self, unit: usize| match system.effort(unit) {
+            (0, _) => f64::INFINITY,
+            (calls, seconds) => seconds / calls as f64,
+        };
+        if self.pool.helpers() > 0 && due.len() > 1 {
+            let heaviest =
+                due.iter().copied().max_by(|&a, &b| cost(self, a).total_cmp(&cost(self, b))).unwrap_or_default();
+            let others: f64 = due.iter().filter(|&&u| u != heaviest).map(|&u| cost(self, u)).sum();
+            if others > WORTH_A_THREAD {
+                for &unit in due.iter().filter(|&&u| u != heaviest) {
+                    if let Some(member) = self.members[unit].take() {
+                        let (time, size) = self.span(unit, tick);
+                        self.pool.hand_over(unit, member, Task::Step(time, size));
+                    }
+                }
+                due.retain(|&u| u == heaviest);
+            }
+        }
+        let mut first: Option<(usize, CallError)> = None;
+        let mut take = |unit: usize, answer: Result<Answer, CallError>, ended: &mut Option<(usize, f64)>| match answer {
+            Ok(Answer::Stepped(Stepped::Ended(time))) if ended.is_none_or(|(other, _)| unit < other) => {
+                *ended = Some((unit, time));
+            }
+            Err(error) if first.as_ref().is_none_or(|(other, _)| unit < *other) => first = Some((unit, error)),
+            _ => {}
+        };
+        for &unit in &due {
+            let (time, size) = self.span(unit, tick);
+            if let Some(member) = self.members[unit].as_deref_mut() {
+                take(unit, member.work(Task::Step(time, size)), &mut self.ended);
+            }
+        }
+        self.due = due;
+        let mut finished = std::mem::take(&mut self.finished);
+        while self.members.iter().any(Option::is_none) {
+            if let Some((unit, mut member, task)) = self.pool.take_back() {
+                take(unit, member.work(task), &mut self.ended);
+                self.members[unit] = Some(member);
+                continue;
+            }
+            self.pool.wait(&mut finished);
+            for (unit, member, answer) in finished.drain(..) {
+                take(unit, answer, &mut self.ended);
+                self.members[unit] = Some(member);
+            }
+        }
+        self.finished = finished;
+        match first {
+            Some((_, error)) => Err(Failure::unit(error, Some(self.plan.clock.time(tick)), "")),
+            None => Ok(()),
+        }
+    }
+
+    /// Start and length (s) of a unit's step at a base step.
+    fn span(&self, unit: usize, tick: u64) -> (f64, f64) {
+        let clock = self.plan.clock;
+        (clock.time(tick), clock.length(self.plan.components[unit].multiple))
+    }
+
+    /// Carries out one task per unit side by side and gives the answers in the order of the tasks.
+    pub(super) fn side_by_side(&mut self, tasks: Vec<(usize, Task)>) -> Vec<(usize, Result<Answer, CallError>)> {
+        let order: Vec<usize> = tasks.iter().map(|(unit, _)| *unit).collect();
+        for (unit, task) in tasks {
+            if let Some(member) = self.members[unit].take() {
+                self.pool.hand_over(unit, member, task);
+            }
+        }
+        let mut answers: Vec<(usize, Result<Answer, CallError>)> = Vec::with_capacity(order.len());
+        let mut finished = Vec::new();
+        while self.members.iter().any(Option::is_none) {
+            if let Some((unit, mut member, task)) = self.pool.take_back() {
+                let answer = member.work(task);
+                finished.push((unit, member, answer));
+            } else {
+                self.pool.wait(&mut finished);
+            }
+            for (unit, member, answer) in finished.drain(..) {
+                self.members[unit] = Some(member);
+                answers.push((unit, answer));
+            }
+        }
+        answers.sort_by_key(|(unit, _)| order.iter().position(|u| u == unit));
+        answers
+    }
+
+    /// `fmi2Terminate` for all units that still run. Gives what went wrong; nothing hangs on it any more.
+    pub fn terminate(&mut self) -> Vec<CallError> {
+        self.members.iter_mut().flatten().filter_map(|m| m.instance.terminate().err()).collect()
+    }
+}
+
+/// Reads values of a unit and checks that they are finite.
+pub(super) fn read(
+    plan: &Plan,
+    unit: usize,
+    member: Option<&mut Member>,
+    outputs: &mut Outputs,
+    time: f64,
+) -> Result<(), Failure> {
+    let Some(member) = member else { return Ok(()) };
+    member.instance.read(outputs).map_err(|error| {
+        let about = about(plan, unit, outputs, error.call);
+        Failure::unit(error, Some(time), about)
+    })?;
+    finite(plan, unit, outputs, time)
+}
+
+/// The gate where values leave a unit.
+pub(super) fn finite(plan: &Plan, unit: usize, outputs: &Outputs, time: f64) -> Result<(), Failure> {
+    let Some((what, value)) = outputs.not_finite() else { return Ok(()) };
+    let model = plan.model(unit);
+    let name = &plan.components[unit].name;
+    let variable = match what {
+        NotFinite::Variable(variable) => format!("{name}.{}", model.variables[variable].name),
+        NotFinite::Element(array, element) => format!("{name}.{}, element {element}", model.arrays[array].name),
+    };
+    Err(Failure::NotFinite { unit: name.clone(), variable, value, time })
+}
+
+/// Names of the variables that a failed call was about.
+pub(super) fn about(plan: &Plan, unit: usize, outputs: &Outputs, call: &str) -> String {
+    let model = plan.model(unit);
+    let scalars = |variables: &[usize]| list(variables.iter().map(|&v| &*model.variables[v].name));
+    match call {
+        "fmi2GetReal" => scalars(&outputs.reals.variables),
+        "fmi2GetInteger" => scalars(&outputs.integers.variables),
+        "fmi2GetBoolean" => scalars(&outputs.booleans.variables),
+        "fmi2GetString" => scalars(&outputs.strings.variables),
+        "terramech_getRealArray" => list(outputs.real_arrays.iter().map(|a| &*model.arrays[a.array].name)),
+        "terramech_getIntegerArray" => list(outputs.integer_arrays.iter().map(|a| &*model.arrays[a.array].name)),
+        _ => String::new(),
+    }
+}

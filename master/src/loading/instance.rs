@@ -1,0 +1,422 @@
+//! One `fmi2Instantiate`: safe methods over the function table.
+
+use std::ffi::{CStr, CString, c_int, c_void};
+use std::path::Path;
+use std::ptr::NonNull;
+use std::sync::Arc;
+use std::time::Duration;
+
+use terramech_fmi2::types::*;
+
+use super::environment::{Ear, Environment, progress};
+use super::functions::Functions;
+use super::values::{Outputs, Sets};
+use super::{CallError, Library, LoadError, Status};
+
+/// Largest array we take (elements): beyond it the size is a fault of the unit, not a bed.
+const MOST_ELEMENTS: usize = 1 << 31;
+/// How often a pending step is asked for.
+const PENDING_PAUSE: Duration = Duration::from_micros(50);
+
+/// An instance of a unit.
+///
+/// # Protocol
+/// `new`, then `set` of start values, `setup`, `enter_initialization`, any number of `read` and `set`, `exit_initialization`,
+/// then `read`, `set` and `step`, at the end `terminate`; dropping frees it. After an error the instance takes no further call: each
+/// gives [`Status::NotCalled`].
+pub struct Instance {
+    component: NonNull<c_void>,
+    library: Arc<Library>,
+    // Boxes: the unit keeps pointers to both.
+    ear: Box<Ear>,
+    _callbacks: Box<Fmi2CallbackFunctions>,
+    alive: bool,
+    running: bool,
+    pointers: Vec<Fmi2String>,
+}
+
+// SAFETY: FMI 2.0 asks that an instance is not called by two threads at the same time, not that it is always the same thread;
+// every call needs `&mut self`. The pointers in `pointers` are used within one call only.
+unsafe impl Send for Instance {}
+
+/// What `Instance::new` is made from.
+pub struct Made<'a> {
+    /// Instance name.
+    pub name: &'a str,
+    /// `guid` of the model description.
+    pub guid: &'a str,
+    /// The unpacked `resources` folder.
+    pub resources: &'a Path,
+    /// Whether to log more than errors and warnings.
+    pub logging: bool,
+}
+
+/// How a step ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stepped {
+    /// The step was done.
+    Done,
+    /// The unit ended the run by itself, having reached this time (s).
+    Ended(f64),
+}
+
+impl Instance {
+    /// `fmi2Instantiate` for co-simulation.
+    ///
+    /// # Errors
+    /// [`LoadError::Instantiate`] with what the unit said, [`LoadError::Text`].
+    pub fn new(library: &Arc<Library>, made: &Made<'_>, environment: Arc<dyn Environment>) -> Result<Self, LoadError> {
+        let text = |what: &'static str, given: String| {
+            CString::new(given.clone()).map_err(|_| LoadError::Text { unit: made.name.to_owned(), what, given })
+        };
+        let name = text("the name", made.name.to_owned())?;
+        let guid = text("the GUID", made.guid.to_owned())?;
+        let resources = text("the resource location", file_uri(made.resources))?;
+        let ear = Ear::new(made.name, environment);
+        let callbacks = ear.callbacks();
+        ear.begin();
+        // SAFETY: all texts are zero-terminated and live through the call; the callbacks and the ear they point to live in
+        // boxes as long as the instance.
+        let component = unsafe {
+            (library.functions.instantiate)(
+                name.as_ptr(),
+                FMI2_CO_SIMULATION,
+                guid.as_ptr(),
+                resources.as_ptr(),
+                &raw const *callbacks,
+                FMI2_FALSE,
+                c_int::from(made.logging),
+            )
+        };
+        let Some(component) = NonNull::new(component) else {
+            return Err(LoadError::Instantiate { unit: made.name.to_owned(), said: ear.said().0 });
+        };
+        let mut instance = Self {
+            component,
+            library: Arc::clone(library),
+            ear,
+            _callbacks: callbacks,
+            alive: true,
+            running: false,
+            pointers: Vec::new(),
+        };
+        if let Some(set_progress) = library.functions.set_progress {
+            let ear = std::ptr::from_ref(&*instance.ear).cast_mut().cast();
+            // SAFETY: the ear outlives the instance.
+            let _ = instance.call("terramech_setProgress", |_, c| unsafe { set_progress(c, Some(progress), ear) });
+            // A unit that refuses reports runs without: the extension is not the standard's business.
+            instance.alive = true;
+        }
+        Ok(instance)
+    }
+
+    /// Instance name.
+    pub fn name(&self) -> &str {
+        &self.ear.unit
+    }
+
+    /// Whether it still takes calls.
+    pub fn is_alive(&self) -> bool {
+        self.alive && !self.library.is_condemned()
+    }
+
+    /// `fmi2SetupExperiment`, times in s; no tolerance is given, since the units bring their own integrators.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), CallError> {
+        // SAFETY: no pointers but the component.
+        self.call("fmi2SetupExperiment", |f, c| unsafe {
+            (f.setup_experiment)(c, FMI2_FALSE, 0.0, start, c_int::from(stop.is_some()), stop.unwrap_or(0.0))
+        })
+    }
+
+    /// `fmi2EnterInitializationMode`.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn enter_initialization(&mut self) -> Result<(), CallError> {
+        // SAFETY: no pointers but the component.
+        self.call("fmi2EnterInitializationMode", |f, c| unsafe { (f.enter_initialization)(c) })
+    }
+
+    /// `fmi2ExitInitializationMode`.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn exit_initialization(&mut self) -> Result<(), CallError> {
+        // SAFETY: no pointers but the component.
+        self.call("fmi2ExitInitializationMode", |f, c| unsafe { (f.exit_initialization)(c) })?;
+        self.running = true;
+        Ok(())
+    }
+
+    /// `fmi2DoStep` from `time` over `size` (s). A step in the background is awaited.
+    ///
+    /// # Errors
+    /// [`CallError`]; a discarded step tells in `said` how far it came.
+    pub fn step(&mut self, time: f64, size: f64) -> Result<Stepped, CallError> {
+        let get_status = self.library.functions.get_status;
+        // SAFETY: no pointers but the component, and a status on our stack.
+        let stepped = self.call("fmi2DoStep", |f, c| unsafe {
+            // The last argument says that no state before this point is set again: true for explicit coupling.
+            let mut status = (f.do_step)(c, time, size, FMI2_TRUE);
+            if let Some(get_status) = get_status {
+                while status == FMI2_PENDING {
+                    std::thread::sleep(PENDING_PAUSE);
+                    if get_status(c, FMI2_DO_STEP_STATUS, &raw mut status) != FMI2_OK {
+                        status = FMI2_ERROR;
+                    }
+                }
+            }
+            status
+        });
+        match stepped {
+            Ok(()) => Ok(Stepped::Done),
+            Err(mut e) if e.status == Status::Discard => {
+                let reached = self.last_successful_time();
+                if self.terminated() {
+                    self.running = false;
+                    return Ok(Stepped::Ended(reached.unwrap_or(time)));
+                }
+                self.alive = false;
+                e.said.push(match reached {
+                    Some(reached) => format!("the step from t = {time} s over {size} s was done up to t = {reached} s"),
+                    None => format!("the step from t = {time} s over {size} s was not done"),
+                });
+                Err(e)
+            }
+            Err(e) => Err(e),
+        }
+    }
+
+    /// `fmi2Terminate`, if the instance runs.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn terminate(&mut self) -> Result<(), CallError> {
+        if !std::mem::take(&mut self.running) || !self.is_alive() {
+            return Ok(());
+        }
+        // SAFETY: no pointers but the component.
+        self.call("fmi2Terminate", |f, c| unsafe { (f.terminate)(c) })
+    }
+
+    /// Reads all of `outputs`, by one call per type and two per array.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn read(&mut self, outputs: &mut Outputs) -> Result<(), CallError> {
+        let o = outputs;
+        macro_rules! scalars {
+            ($batch:expr, $call:literal, $function:ident) => {
+                if !$batch.references.is_empty() {
+                    let batch = &mut $batch;
+                    debug_assert_eq!(batch.references.len(), batch.values.len());
+                    // SAFETY: both arrays have as many elements as the call is told.
+                    self.call($call, |f, c| unsafe {
+                        (f.$function)(c, batch.references.as_ptr(), batch.references.len(), batch.values.as_mut_ptr())
+                    })?;
+                }
+            };
+        }
+        scalars!(o.reals, "fmi2GetReal", get_real);
+        scalars!(o.integers, "fmi2GetInteger", get_integer);
+        scalars!(o.booleans, "fmi2GetBoolean", get_boolean);
+        if !o.strings.references.is_empty() {
+            self.read_strings(&o.strings.references, &mut o.strings.values)?;
+        }
+        for array in &mut o.real_arrays {
+            self.read_array(array.reference, &mut array.values, "terramech_getRealArray", |f| f.get_real_array)?;
+        }
+        for array in &mut o.integer_arrays {
+            self.read_array(array.reference, &mut array.values, "terramech_getIntegerArray", |f| f.get_integer_array)?;
+        }
+        Ok(())
+    }
+
+    fn read_strings(&mut self, references: &[u32], values: &mut [String]) -> Result<(), CallError> {
+        let mut pointers = std::mem::take(&mut self.pointers);
+        pointers.clear();
+        pointers.resize(references.len(), std::ptr::null());
+        // SAFETY: both arrays have as many elements as the call is told.
+        let result = self.call("fmi2GetString", |f, c| unsafe {
+            (f.get_string)(c, references.as_ptr(), references.len(), pointers.as_mut_ptr())
+        });
+        if result.is_ok() {
+            for (pointer, value) in pointers.iter().zip(values) {
+                value.clear();
+                if !pointer.is_null() {
+                    // SAFETY: not null; zero-terminated and valid until the next call of this instance by the standard.
+                    value.push_str(&unsafe { CStr::from_ptr(*pointer) }.to_string_lossy());
+                }
+            }
+        }
+        self.pointers = pointers;
+        result
+    }
+
+    fn read_array<T: Clone + Default>(
+        &mut self,
+        reference: u32,
+        values: &mut Vec<T>,
+        name: &'static str,
+        function: impl Fn(&Functions) -> Option<unsafe extern "C" fn(Fmi2Component, u32, *mut T, usize) -> Fmi2Status>,
+    ) -> Result<(), CallError> {
+        let functions = self.library.functions;
+        let (Some(size_of), Some(get)) = (functions.get_array_size, function(&functions)) else {
+            return Err(self.refused(name, Status::Missing, String::new()));
+        };
+        let mut n = 0_usize;
+        // SAFETY: the size goes to our stack.
+        self.call("terramech_getArraySize", |_, c| unsafe { size_of(c, reference, &raw mut n) })?;
+        if n > MOST_ELEMENTS {
+            let text = format!("array {reference} is said to have {n} elements; at most {MOST_ELEMENTS} are taken");
+            return Err(self.refused("terramech_getArraySize", Status::Nonsense, text));
+        }
+        values.resize(n, T::default());
+        // SAFETY: the buffer has n elements.
+        self.call(name, |_, c| unsafe { get(c, reference, values.as_mut_ptr(), n) })
+    }
+
+    /// Sets all of `sets`, by one call per type.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn set(&mut self, sets: &Sets) -> Result<(), CallError> {
+        macro_rules! scalars {
+            ($list:expr, $call:literal, $function:ident) => {
+                let (references, values) = &$list;
+                if !references.is_empty() {
+                    debug_assert_eq!(references.len(), values.len());
+                    // SAFETY: both arrays have as many elements as the call is told.
+                    self.call($call, |f, c| unsafe {
+                        (f.$function)(c, references.as_ptr(), references.len(), values.as_ptr())
+                    })?;
+                }
+            };
+        }
+        scalars!(sets.reals, "fmi2SetReal", set_real);
+        scalars!(sets.integers, "fmi2SetInteger", set_integer);
+        scalars!(sets.booleans, "fmi2SetBoolean", set_boolean);
+        let (references, values) = &sets.strings;
+        if !references.is_empty() {
+            let texts: Vec<CString> =
+                values.iter().map(|v| CString::new(v.replace('\0', " ")).unwrap_or_default()).collect();
+            let pointers: Vec<Fmi2String> = texts.iter().map(|t| t.as_ptr()).collect();
+            // SAFETY: both arrays have as many elements as the call is told; the texts live through it.
+            self.call("fmi2SetString", |f, c| unsafe {
+                (f.set_string)(c, references.as_ptr(), references.len(), pointers.as_ptr())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Sets an array of reals; its size becomes that of `values`.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn set_real_array(&mut self, reference: u32, values: &[f64]) -> Result<(), CallError> {
+        let Some(set) = self.library.functions.set_real_array else {
+            return Err(self.refused("terramech_setRealArray", Status::Missing, String::new()));
+        };
+        // SAFETY: pointer and length belong together.
+        self.call("terramech_setRealArray", |_, c| unsafe { set(c, reference, values.as_ptr(), values.len()) })
+    }
+
+    /// Sets an array of integers; its size becomes that of `values`.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn set_integer_array(&mut self, reference: u32, values: &[i32]) -> Result<(), CallError> {
+        let Some(set) = self.library.functions.set_integer_array else {
+            return Err(self.refused("terramech_setIntegerArray", Status::Missing, String::new()));
+        };
+        // SAFETY: pointer and length belong together.
+        self.call("terramech_setIntegerArray", |_, c| unsafe { set(c, reference, values.as_ptr(), values.len()) })
+    }
+
+    fn last_successful_time(&mut self) -> Option<f64> {
+        let function = self.library.functions.get_real_status?;
+        let mut time = f64::NAN;
+        // SAFETY: the value goes to our stack.
+        let result =
+            self.call("fmi2GetRealStatus", |_, c| unsafe { function(c, FMI2_LAST_SUCCESSFUL_TIME, &raw mut time) });
+        result.ok().and(time.is_finite().then_some(time))
+    }
+
+    fn terminated(&mut self) -> bool {
+        let Some(function) = self.library.functions.get_boolean_status else { return false };
+        let mut ended = FMI2_FALSE;
+        // SAFETY: the value goes to our stack.
+        let result = self.call("fmi2GetBooleanStatus", |_, c| unsafe { function(c, FMI2_TERMINATED, &raw mut ended) });
+        result.is_ok() && ended != FMI2_FALSE
+    }
+
+    /// One call into the unit: all calls but instantiate and free pass here.
+    fn call(
+        &mut self,
+        name: &'static str,
+        f: impl FnOnce(&Functions, Fmi2Component) -> Fmi2Status,
+    ) -> Result<(), CallError> {
+        if !self.is_alive() {
+            return Err(self.refused(name, Status::NotCalled, String::new()));
+        }
+        self.ear.begin();
+        let code = f(&self.library.functions, self.component.as_ptr());
+        let Some(status) = Status::of(code) else { return Ok(()) };
+        match status {
+            Status::Fatal => self.library.condemn(),
+            // After a discarded call the instance may still be asked how far it came.
+            Status::Discard => {}
+            _ => self.alive = false,
+        }
+        let (said, numerical) = self.ear.said();
+        Err(CallError { unit: self.ear.unit.clone(), call: name, status, said, numerical })
+    }
+
+    fn refused(&self, call: &'static str, status: Status, text: String) -> CallError {
+        let said = if text.is_empty() { Vec::new() } else { vec![text] };
+        CallError { unit: self.ear.unit.clone(), call, status, said, numerical: false }
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // After fmi2Fatal the library may be in any state: its memory is left to the end of the process.
+        if !self.library.is_condemned() {
+            // SAFETY: made by fmi2Instantiate, freed once, not used again; ear and callbacks are dropped after this.
+            unsafe { (self.library.functions.free_instance)(self.component.as_ptr()) };
+        }
+    }
+}
+
+impl std::fmt::Debug for Instance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Instance").field("name", &self.name()).field("library", &self.library.path()).finish()
+    }
+}
+
+/// `file:///...` of a folder. Escapes what a URI may not hold and nothing else, since some units do not undo escapes.
+fn file_uri(folder: &Path) -> String {
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let mut uri = String::from("file://");
+    for &byte in absolute.to_string_lossy().as_bytes() {
+        if byte.is_ascii_alphanumeric() || b"/-_.~!$&'()*+,;=:@".contains(&byte) {
+            uri.push(char::from(byte));
+        } else {
+            uri.push_str(&format!("%{byte:02X}"));
+        }
+    }
+    uri
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_with_odd_letters_becomes_a_uri() {
+        assert_eq!(file_uri(Path::new("/tmp/a b/ü%")), "file:///tmp/a%20b/%C3%BC%25");
+    }
+}

@@ -1,0 +1,95 @@
+//! What units talk to during a run: their messages go to `log.jsonl` and, where grave, to the terminal; their progress to the
+//! display.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use terramech_results::{Level, LogWriter, RunFolder};
+
+use super::{Display, Stop};
+use crate::coupling::Failure;
+use crate::decimal::Clock;
+use crate::loading::{Environment, LogLine};
+
+/// How many base steps pass between two looks at the wall clock, at most.
+const GLANCE: u64 = 16;
+
+pub struct Host {
+    log: Mutex<LogWriter>,
+    display: Mutex<Display>,
+    stop: Stop,
+    /// Simulated time as bits; NaN before there is one.
+    time: AtomicU64,
+}
+
+impl Host {
+    pub fn new(folder: &RunFolder, display: Display, stop: Stop) -> Result<Self, Failure> {
+        let log = LogWriter::create(folder)?;
+        let time = AtomicU64::new(f64::NAN.to_bits());
+        Ok(Self { log: Mutex::new(log), display: Mutex::new(display), stop, time })
+    }
+
+    fn display(&self) -> MutexGuard<'_, Display> {
+        self.display.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn write(&self, unit: &str, category: &str, level: Level, text: &str) {
+        let time = f64::from_bits(self.time.load(Ordering::Relaxed));
+        let mut log = self.log.lock().unwrap_or_else(PoisonError::into_inner);
+        // A full disk is told by the results, which are written all the time; a lost remark must not end a run.
+        let _ = log.write(Some(time), unit, category, level, text);
+    }
+
+    /// A remark of the master.
+    pub fn note(&self, text: &str) {
+        self.write("master", "note", Level::Warning, text);
+        self.display().message(&format!("note: {text}"));
+    }
+
+    /// Initialisation begins.
+    pub fn initialising(&self) {
+        self.display().initialising();
+    }
+
+    /// Stepping begins.
+    pub fn running(&self, clock: Clock) {
+        self.display().running(clock);
+    }
+
+    /// The run stands at this time (s).
+    pub fn at(&self, time: f64, tick: u64) {
+        self.time.store(time.to_bits(), Ordering::Relaxed);
+        if tick.is_multiple_of(GLANCE) || self.display().is_slow() {
+            self.display().step(time, tick);
+        }
+    }
+
+    /// Nothing more is shown.
+    pub fn finish(&self) {
+        self.display().finish();
+    }
+}
+
+impl Environment for Host {
+    fn log(&self, line: LogLine<'_>) {
+        let level = if line.is_error() {
+            Level::Error
+        } else if line.is_warning() {
+            Level::Warning
+        } else if line.category.to_ascii_lowercase().contains("debug") {
+            Level::Debug
+        } else {
+            Level::Info
+        };
+        self.write(line.unit, line.category, level, line.text);
+        // Errors end the run and are told then, with the call they belong to.
+        if level == Level::Warning {
+            self.display().message(&format!("{}: warning: {}", line.unit, line.text));
+        }
+    }
+
+    fn progress(&self, unit: &str, phase: &str, fraction: f64) -> bool {
+        self.display().phase(unit, phase, fraction);
+        !self.stop.is_asked()
+    }
+}

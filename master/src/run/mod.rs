@@ -1,0 +1,194 @@
+//! A run from start to end: units are made and initialised, stepped to the stop time and recorded, and whatever happens, what
+//! was recorded is readable afterwards and the manifest tells how it ended.
+
+mod display;
+mod exit;
+mod host;
+mod report;
+mod stop;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use terramech_results::{Headline, Manifest, RunFolder, write_summary};
+
+use crate::check::plan::Plan;
+use crate::coupling::{Advance, Algorithm, Failure, Jacobi, System, assemble};
+use crate::loading::Environment;
+use crate::record::Recorder;
+
+pub use display::Display;
+pub use exit::{ExitCode, code_of_failure};
+pub use report::{closing, tell};
+pub use stop::Stop;
+
+use host::Host;
+
+/// How a run is done.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Folder for what the run leaves.
+    pub out: PathBuf,
+    /// Threads for all units together.
+    pub threads: usize,
+    /// The command line, for the manifest.
+    pub command: Vec<String>,
+}
+
+/// How a run ended.
+#[derive(Debug)]
+pub enum End {
+    /// At its stop time.
+    Done,
+    /// A unit ended it by itself.
+    EndedBy {
+        /// The unit.
+        unit: String,
+        /// Time it had reached (s).
+        time: f64,
+    },
+    /// On request (Ctrl-C).
+    Stopped {
+        /// Simulated time (s); `None` during initialisation.
+        time: Option<f64>,
+    },
+    /// By a failure.
+    Failed(Failure),
+}
+
+/// What a run has to tell.
+#[derive(Debug)]
+pub struct Outcome {
+    /// How it ended.
+    pub end: End,
+    /// Headline values.
+    pub headlines: Vec<Headline>,
+    /// The manifest as written.
+    pub manifest: Manifest,
+    /// Remarks on what could not be recorded as wanted.
+    pub remarks: Vec<String>,
+    /// The folder.
+    pub out: PathBuf,
+}
+
+impl Outcome {
+    /// The exit code of the command.
+    pub fn exit_code(&self) -> ExitCode {
+        exit::code_of_end(&self.end)
+    }
+}
+
+/// Runs a plan.
+///
+/// # Errors
+/// A [`Failure`] before there is a folder to leave anything in. Every later failure is the [`End`] of the outcome.
+pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Result<Outcome, Failure> {
+    let begin = Instant::now();
+    let plan = Arc::new(plan);
+    let folder = Arc::new(RunFolder::create(&options.out)?);
+    let mut manifest = report::manifest(&plan, options);
+    manifest.write(&folder)?;
+    let host = Arc::new(Host::new(&folder, display, stop.clone())?);
+    for note in &plan.notes {
+        host.note(&note.to_string());
+    }
+
+    let mut state = State { system: None, recorder: None, reached: None };
+    let result = state.go(&plan, options, &folder, &host, stop);
+    let mut end = match result {
+        Ok(end) => end,
+        // A unit that was asked to stop fails the call it was in.
+        Err(Failure::Unit(_)) if stop.is_asked() => End::Stopped { time: state.reached },
+        Err(failure) => End::Failed(failure),
+    };
+    let finished = state.finish(&host);
+    if let (Err(failure), false) = (finished, matches!(end, End::Failed(_))) {
+        end = End::Failed(failure);
+    }
+    host.finish();
+
+    let headlines = state.recorder.as_ref().map(Recorder::headlines).unwrap_or_default();
+    manifest.wall_seconds = begin.elapsed().as_secs_f64();
+    manifest.simulated_seconds = state.reached.map_or(0.0, |t| t - plan.clock.start.to_f64());
+    if let Some(system) = &state.system {
+        report::timings(&mut manifest, system, state.recorder.as_ref());
+    }
+    manifest.state = report::exit_state(&end);
+    let mut remarks = state.recorder.as_ref().map(|r| r.remarks().to_vec()).unwrap_or_default();
+    let written = write_summary(&folder, &headlines)
+        .and_then(|()| manifest.write(&folder))
+        .and_then(|()| report::page(&plan, &folder, &headlines, &manifest, state.recorder.as_ref()));
+    if let Err(e) = written {
+        remarks.push(e.to_string());
+        if !matches!(end, End::Failed(_)) {
+            end = End::Failed(Failure::Results(e));
+        }
+    }
+    Ok(Outcome { end, headlines, manifest, remarks, out: options.out.clone() })
+}
+
+struct State {
+    system: Option<System>,
+    recorder: Option<Recorder>,
+    /// Simulated time that was reached (s).
+    reached: Option<f64>,
+}
+
+impl State {
+    fn go(
+        &mut self,
+        plan: &Arc<Plan>,
+        options: &Options,
+        folder: &Arc<RunFolder>,
+        host: &Arc<Host>,
+        stop: &Stop,
+    ) -> Result<End, Failure> {
+        let environment: Arc<dyn Environment> = Arc::clone(host) as Arc<dyn Environment>;
+        let system = self.system.insert(assemble(Arc::clone(plan), options.threads, true, &environment)?);
+        let recorder = self.recorder.insert(Recorder::new(system, folder)?);
+        host.initialising();
+        system.initialise()?;
+
+        let begin = Instant::now();
+        let mut algorithm = Jacobi;
+        host.running(plan.clock);
+        let mut tick = 0;
+        let end = loop {
+            let time = plan.clock.time(tick);
+            host.at(time, tick);
+            system.read(tick)?;
+            recorder.observe(system, tick)?;
+            self.reached = Some(time);
+            if tick >= plan.clock.steps {
+                break End::Done;
+            }
+            if stop.is_asked() {
+                break End::Stopped { time: Some(time) };
+            }
+            match algorithm.advance(system, tick) {
+                Ok(Advance::To(next)) => tick = next,
+                Ok(Advance::Ended) => {
+                    let (unit, time) = system.ended().unwrap_or((0, time));
+                    break End::EndedBy { unit: plan.components[unit].name.clone(), time };
+                }
+                Err(failure) => {
+                    system.ran_for(begin.elapsed());
+                    return Err(failure);
+                }
+            }
+        };
+        system.ran_for(begin.elapsed());
+        Ok(end)
+    }
+
+    /// Ends the units and closes the files.
+    fn finish(&mut self, host: &Host) -> Result<(), Failure> {
+        if let Some(system) = &mut self.system {
+            for error in system.terminate() {
+                host.note(&error.to_string());
+            }
+        }
+        self.recorder.as_mut().map_or(Ok(()), Recorder::finish)
+    }
+}

@@ -1,0 +1,144 @@
+//! Manifest, report page and the closing table of a run.
+
+use std::fmt::Write;
+
+use terramech_results::report::Report;
+use terramech_results::{
+    CsvTable, Error, ExitState, Headline, Input, Manifest, RunFolder, Timings, UnitFacts, UnitTiming,
+};
+
+use super::display::{duration, short};
+use super::{End, Options, Outcome, exit};
+use crate::check::plan::Plan;
+use crate::coupling::System;
+use crate::record::Recorder;
+
+/// The manifest at the start of a run.
+pub fn manifest(plan: &Plan, options: &Options) -> Manifest {
+    let mut manifest = Manifest::start(env!("CARGO_PKG_VERSION"), options.command.clone());
+    manifest.inputs = plan
+        .inputs
+        .iter()
+        .map(|i| Input {
+            path: i.path.display().to_string(),
+            sha256: i.sha256.clone(),
+            bytes: std::fs::metadata(&i.path).map_or(0, |m| m.len()),
+        })
+        .collect();
+    manifest.threads = options.threads;
+    if let Ok(path) = std::env::var("TERRAMECH_ISA") {
+        manifest.instruction_path = path;
+    }
+    manifest
+}
+
+/// Adds units and timings.
+pub fn timings(manifest: &mut Manifest, system: &System, recorder: Option<&Recorder>) {
+    let plan = system.plan();
+    let clockwork = system.clockwork();
+    let units = 0..plan.components.len();
+    manifest.units = units
+        .clone()
+        .map(|i| UnitFacts {
+            name: plan.components[i].name.clone(),
+            model: plan.model(i).model_name.clone(),
+            guid: plan.model(i).guid.clone(),
+            version: plan.model(i).generation_tool.clone().unwrap_or_default(),
+            threads: system.threads()[i] as usize,
+        })
+        .collect();
+    manifest.timings = Timings {
+        initialise_seconds: clockwork.initialise,
+        run_seconds: clockwork.run,
+        units: units
+            .map(|i| {
+                let (calls, seconds) = system.effort(i);
+                UnitTiming { name: plan.components[i].name.clone(), calls, seconds, share: 0.0 }
+            })
+            .collect(),
+        coupling_seconds: clockwork.coupling,
+        io_seconds: clockwork.watching + recorder.map_or(0.0, Recorder::seconds),
+        ..Timings::default()
+    }
+    .with_shares();
+}
+
+/// The state for the manifest.
+pub fn exit_state(end: &End) -> ExitState {
+    match end {
+        End::Done => ExitState::Done,
+        End::EndedBy { .. } | End::Stopped { .. } => ExitState::Stopped { reason: tell(end) },
+        End::Failed(failure) => {
+            ExitState::Failed { code: exit::code_of_failure(failure) as i32, message: failure.to_string() }
+        }
+    }
+}
+
+/// Writes `report.html`.
+pub fn page(
+    plan: &Plan,
+    folder: &RunFolder,
+    headlines: &[Headline],
+    manifest: &Manifest,
+    recorder: Option<&Recorder>,
+) -> Result<(), Error> {
+    let path = folder.file("results.csv");
+    if !path.exists() {
+        return Ok(());
+    }
+    let csv = CsvTable::read(path)?;
+    let figures = recorder.map(Recorder::figures).unwrap_or_default();
+    Report::of_run(&plan.name, &csv, headlines, manifest, figures).write(folder)
+}
+
+/// One sentence on how a run ended.
+pub fn tell(end: &End) -> String {
+    match end {
+        End::Done => "done".into(),
+        End::EndedBy { unit, time } => format!("unit {unit} ended the run by itself at t = {time} s"),
+        End::Stopped { time: Some(time) } => format!("stopped on request at t = {time} s"),
+        End::Stopped { time: None } => "stopped on request during initialisation".into(),
+        End::Failed(failure) => failure.to_string(),
+    }
+}
+
+/// The table at the end of a run.
+pub fn closing(outcome: &Outcome) -> String {
+    let m = &outcome.manifest;
+    let t = &m.timings;
+    let mut text = String::new();
+    let width = outcome.headlines.iter().map(|h| h.name.chars().count()).max().unwrap_or(0);
+    for h in &outcome.headlines {
+        let _ = write!(text, "{:width$}  {} {}", h.name, short(h.value), h.unit);
+        if let Some([from, to]) = h.window {
+            let _ = write!(text, "  (mean, t = {from} to {to} s)");
+        }
+        if let Some(measured) = h.measured {
+            let _ = write!(text, "  measured: {} {}", short(measured), h.unit);
+        }
+        text.push('\n');
+    }
+    if !outcome.headlines.is_empty() {
+        text.push('\n');
+    }
+    let _ = writeln!(
+        text,
+        "{} s simulated in {} (initialisation {}, stepping {}, real-time factor {})",
+        short(m.simulated_seconds),
+        duration(m.wall_seconds),
+        duration(t.initialise_seconds),
+        duration(t.run_seconds),
+        short(if t.run_seconds > 0.0 { m.simulated_seconds / t.run_seconds } else { 0.0 }),
+    );
+    let width = t.units.iter().map(|u| u.name.len()).max().unwrap_or(0).max("recording".len());
+    let mut row = |name: &str, seconds: f64, share: f64, more: String| {
+        let _ = writeln!(text, "  {name:width$}  {:>10}  {:5.1} %{more}", duration(seconds), 100.0 * share);
+    };
+    for (unit, facts) in t.units.iter().zip(&m.units) {
+        let threads = if facts.threads == 1 { "1 thread".into() } else { format!("{} threads", facts.threads) };
+        row(&unit.name, unit.seconds, unit.share, format!("  {} steps, {threads}", unit.calls));
+    }
+    row("coupling", t.coupling_seconds, t.coupling_share, String::new());
+    row("recording", t.io_seconds, t.io_share, String::new());
+    text
+}
