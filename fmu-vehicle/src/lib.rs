@@ -1,1 +1,27 @@
-//! Vehicle units: the single-wheel rig.
+//! Vehicle units: the single-wheel rig ([`rig`]).
+//!
+//! A vehicle gives the states of its wheels and takes the wrenches on them; it knows nothing of tires and soil.
+//!
+//! ```
+//! use terramech_fmi2::instance::Instance;
+//! let mut rig = Instance::new(fmu_vehicle::rig::model(), None, Box::new(|_, text| println!("{text}")));
+//! let z = rig.model().table.find("wheel[1].position.z").unwrap().0;
+//! rig.setup(0.0, None).unwrap();
+//! rig.enter_initialization().unwrap();
+//! // Radius 58 mm and a gap of 5 mm above the ground at 0.
+//! assert!((rig.real(z).unwrap() - 0.063).abs() < 1e-15);
+//! ```
+#![cfg_attr(not(feature = "fmu"), forbid(unsafe_code))]
+
+pub mod mbs;
+pub mod rig;
+
+use terramech_fmi2::Model;
+
+/// All models of this library; the GUID selects among them.
+pub fn models() -> Vec<Model> {
+    vec![rig::model()]
+}
+
+#[cfg(feature = "fmu")]
+terramech_fmi2::export!(crate::models);
