@@ -227,3 +227,6 @@ pub enum Transformation {
     /// A table of enumeration items, by name.
     Items(Vec<(String, String)>),
 }
+
+#[cfg(test)]
+mod tests;
