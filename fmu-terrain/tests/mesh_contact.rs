@@ -110,6 +110,42 @@ fn case_2_9_a_belt_of_triangles_carries_a_grain_and_feels_its_friction() {
 }
 
 #[test]
+fn adhesion_of_a_mesh_is_that_of_the_plane_on_edges_and_vertices() {
+    let adhesion = Adhesion { constant: 0.05, ..Adhesion::default() };
+    let material = Material { adhesion, ..soil() };
+    // Its weight is 0.10 N: it rests, pressed by weight and adhesion, with gravity slanted.
+    for (x, y) in [(0.0, 0.0), (0.02, 0.0), (0.02, 0.02), (1e-5, 1e-6)] {
+        let grain = Grain { velocity: [0.05, 0.02, 0.0], ..Grain::at([x, y, R - 1e-6], R, 2500.0) };
+        let plane = fly(grain, material, &mut [], true, 4000, [3.0, 0.0, -9.0]);
+        let mesh = fly(grain, material, &mut [body(&plate())], false, 4000, [3.0, 0.0, -9.0]);
+        same(&format!("({x}, {y})"), &plane, &mesh, 1e-7);
+    }
+}
+
+#[test]
+fn a_grain_in_a_valley_is_held_as_by_two_walls() {
+    // Each face has its own displacement and its own Coulomb limit: gravity leans towards one of them.
+    let valley = folded(std::f64::consts::FRAC_PI_2);
+    let s = 0.5_f64.sqrt();
+    let walls: Vec<Wall> =
+        [s, -s].iter().map(|&x| Wall { point: [0.0; 3], normal: [x, 0.0, s], material: 0 }).collect();
+    let sticky = Material { friction: 0.4, rolling_friction: 0.5, restitution: 0.2, ..Material::default() };
+    for (gravity, slides) in [([4.0, 2.0, -8.0], false), ([4.0, 9.0, -4.0], true)] {
+        let run = |walls: &[Wall], bodies: &mut [Body]| {
+            let grain = Grain::at([0.0, -0.015, R / s - 1e-6], R, 2500.0);
+            let setup =
+                Setup { step: 2e-5, gravity, materials: vec![sticky], walls: walls.to_vec(), ..Setup::default() };
+            let mut engine = CpuEngine::new(setup, &[grain], 1).unwrap();
+            engine.advance(3500, bodies).unwrap();
+            engine.state().clone()
+        };
+        let (plane, mesh) = (run(&walls, &mut []), run(&[], &mut [body(&valley)]));
+        same(&format!("slides {slides}"), &plane, &mesh, 1e-8);
+        assert_eq!((mesh.rows[0][1] + 0.015).abs() > 1e-3, slides, "{}", mesh.rows[0][1]);
+    }
+}
+
+#[test]
 fn case_2_9_folds_are_smooth() {
     let bouncy = Material { restitution: 1.0, friction: 0.0, ..soil() };
     let largest = |mesh: &TriangleMesh, x: f64, height: f64| {

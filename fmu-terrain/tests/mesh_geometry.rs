@@ -48,7 +48,7 @@ fn a_plate_of_triangles_is_the_plane() {
         let foot = add_scaled(add_scaled(o, 0.02 * (i + a), u), 0.02 * (j + b), v);
         found.clear();
         let c = add_scaled(foot, R - depth, normal);
-        grid.near(&body, c, R, &mut found);
+        grid.near(c, R, &mut found);
         let contacts = body.contacts(c, R, &found, &mut scratch);
         let total: f64 = contacts.iter().map(|k| k.weight).sum();
         assert!((total - 1.0).abs() < 1e-12, "{k}: {contacts:?}");
@@ -275,7 +275,7 @@ fn the_grid_finds_what_brute_force_finds() {
         for _ in 0..400 {
             let (c, r) = (scale(0.5, noise.vector()), 0.03 + 0.02 * noise.next());
             found.clear();
-            grid.cells_near(c, r + drift, &mut found);
+            grid.near(c, r + drift, &mut found);
             assert!(found.is_sorted_by(|a, b| a < b));
             let quick = body.contacts(c, r, &found, &mut one);
             assert_eq!(quick, body.contacts(c, r, &all, &mut two));

@@ -1,7 +1,6 @@
 //! The facets near a grain: a uniform grid of facet boxes.
 
 use super::body::MeshBody;
-use super::closest::closest_on_triangle;
 use crate::dem::vec3::{Vec3, dot, sub};
 
 /// A grid of cells over a body, each with the facets whose boxes touch it. Filled anew by [`Self::refit`] (a counting
@@ -16,15 +15,22 @@ pub struct FacetGrid {
     /// Facets of cell k: `facets[start[k]..start[k + 1]]`, ascending.
     start: Vec<u32>,
     facets: Vec<u32>,
+    /// A sphere around each facet: middle of its box, and radius. Sorts out most of a cell before any facet is looked at.
+    spheres: Vec<[f64; 4]>,
 }
 
 impl FacetGrid {
     /// Sorts the facets of `body` as it lies now, and makes this the position that [`MeshBody::drift`] reckons from.
     pub fn refit(&mut self, body: &mut MeshBody) {
         let m = body.triangles().len();
+        self.spheres.clear();
         let (mut low, mut high, mut size) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
         for t in 0..m as u32 {
-            let (a, b) = facet_box(body.corners(t));
+            let corners = body.corners(t);
+            let (a, b) = facet_box(corners);
+            let middle: Vec3 = std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
+            let radius2 = corners.iter().map(|&p| sub(p, middle)).map(|d| dot(d, d)).fold(0.0, f64::max);
+            self.spheres.push([middle[0], middle[1], middle[2], radius2.sqrt()]);
             let mut longest = 0.0f64;
             for k in 0..3 {
                 low[k] = low[k].min(a[k]);
@@ -102,11 +108,11 @@ impl FacetGrid {
         (0..3).all(|k| c[k] + reach >= self.low[k] && c[k] - reach <= self.high[k])
     }
 
-    /// Appends to `out`, ascending and once each, the facets whose cells a box of half width `reach` (m) about `c` touches:
-    /// all that are within `reach`, and some that are not. Where the body has moved since the last refit, add its
+    /// Appends to `out`, ascending and once each, the facets whose bounding spheres are within `reach` (m) of `c`: all that
+    /// are within `reach`, and some that are not. Where the body has moved since the last refit, add its
     /// [`MeshBody::drift`] to the reach.
     #[inline]
-    pub fn cells_near(&self, c: Vec3, reach: f64, out: &mut Vec<u32>) {
+    pub fn near(&self, c: Vec3, reach: f64, out: &mut Vec<u32>) {
         if !self.may_reach(c, reach) || self.start.is_empty() {
             return;
         }
@@ -118,7 +124,14 @@ impl FacetGrid {
                 // A column of cells along z is one range of facets.
                 let row = (i * self.n[1] + j) * self.n[2];
                 let range = self.start[row + from[2]] as usize..self.start[row + to[2] + 1] as usize;
-                out.extend_from_slice(&self.facets[range]);
+                for &t in &self.facets[range] {
+                    let [x, y, z, radius] = self.spheres[t as usize];
+                    let d = sub(c, [x, y, z]);
+                    let far = reach + radius;
+                    if dot(d, d) <= far * far {
+                        out.push(t);
+                    }
+                }
             }
         }
         if out.len() == first {
@@ -128,22 +141,6 @@ impl FacetGrid {
         let mut kept = first + 1;
         for k in first + 1..out.len() {
             if out[k] != out[kept - 1] {
-                out[kept] = out[k];
-                kept += 1;
-            }
-        }
-        out.truncate(kept);
-    }
-
-    /// As [`Self::cells_near`], and only those within `reach` by their true distance now: for lists that live several
-    /// steps, made with the reach radius + skin on the body as it lay at the refit.
-    pub fn near(&self, body: &MeshBody, c: Vec3, reach: f64, out: &mut Vec<u32>) {
-        let first = out.len();
-        self.cells_near(c, reach, out);
-        let mut kept = first;
-        for k in first..out.len() {
-            let d = sub(c, closest_on_triangle(c, body.corners(out[k])).point);
-            if dot(d, d) <= reach * reach {
                 out[kept] = out[k];
                 kept += 1;
             }

@@ -66,7 +66,7 @@ impl Shape for MeshShape {
     fn touches(&self, centre: Vec3, radius: f64, out: &mut Vec<BodyTouch>) {
         SCRATCH.with_borrow_mut(|(near, scratch)| {
             near.clear();
-            self.grid.cells_near(centre, radius + self.drift, near);
+            self.grid.near(centre, radius + self.drift, near);
             if near.is_empty() {
                 return;
             }
