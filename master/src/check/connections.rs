@@ -142,11 +142,8 @@ fn unit_of(system: &System<'_>, model: &ModelDescription, port: Port, end: &End)
     if let Some(unit) = model.unit_of(Item::Scalar(port.variable)) {
         return Some(unit.clone());
     }
-    let connectors = &system.description.components[end.component].connectors;
-    match &connectors.iter().find(|c| c.name == end.connector)?.value_type {
-        Some(ConnectorType::Real(Some(unit))) => Some(unit_of_file(system.description, unit)),
-        _ => None,
-    }
+    let unit = system.connector_units.get(&(end.component, end.connector.as_str()))?;
+    Some(unit_of_file(system.description, unit))
 }
 
 fn transform(

@@ -9,7 +9,7 @@ use super::Options;
 use super::plan::Fmu;
 use super::system::System;
 use crate::archive::{self, Unpacked};
-use crate::description::Description;
+use crate::description::{ConnectorType, Description};
 use crate::description::uri::{Roots, find};
 use crate::fault::{Fault, FaultKind, Faults, Place, of_file};
 use crate::model_description::{self, ModelDescription};
@@ -64,7 +64,15 @@ pub fn open<'d>(description: &'d Description, options: &Options, faults: &mut Fa
         }
     }
     let by_name = description.components.iter().enumerate().map(|(i, c)| (c.name.as_str(), i)).collect();
-    System { description, fmus, fmu_of, by_name }
+    let mut connector_units = HashMap::new();
+    for (component, c) in description.components.iter().enumerate() {
+        for connector in &c.connectors {
+            if let Some(ConnectorType::Real(Some(unit))) = &connector.value_type {
+                connector_units.insert((component, connector.name.as_str()), unit.as_str());
+            }
+        }
+    }
+    System { description, fmus, fmu_of, by_name, connector_units }
 }
 
 /// Opens one FMU: archive or folder, model description, library for this machine.

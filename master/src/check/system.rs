@@ -22,6 +22,8 @@ pub struct System<'d> {
     pub fmu_of: Vec<Option<usize>>,
     /// Components by name.
     pub by_name: HashMap<&'d str, usize>,
+    /// Declared connectors that carry a unit, by component and name.
+    pub connector_units: HashMap<(usize, &'d str), &'d str>,
 }
 
 impl System<'_> {

@@ -205,6 +205,20 @@ fn many(folder: &Path, n: usize) {
     fs::write(folder.join("many.ssd"), text).unwrap();
 }
 
+/// Leaves what the writer writes in the temporary folder, for a check against the schemas:
+/// `cargo test -p terramech --lib -- --ignored written_files`, then `python master/schema/check.py FOLDER/*`.
+#[test]
+#[ignore = "leaves files for a schema check"]
+fn written_files() {
+    let folder = std::env::temp_dir().join("terramech-written");
+    fs::create_dir_all(&folder).unwrap();
+    for (name, file) in [("single", "system.ssd"), ("nested", "nested/system.ssd")] {
+        let (description, _) = described(&data(file));
+        fs::write(folder.join(format!("{name}.ssd")), write(&description, Audience::Terramech)).unwrap();
+        fs::write(folder.join(format!("{name}-others.ssd")), write(&description, Audience::OtherTools)).unwrap();
+    }
+}
+
 /// Not a test of speed: prints the times for reports. `cargo test -p terramech --lib -- --ignored --nocapture load_times`
 #[test]
 #[ignore = "prints times for a report"]
