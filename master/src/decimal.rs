@@ -171,12 +171,13 @@ impl Clock {
     /// Simulated time after `ticks` base steps, s: `start + ticks * step`, computed exactly and rounded once.
     pub fn time(&self, ticks: u64) -> f64 {
         let places = self.start.places.max(self.step.places);
-        nearest(self.start.scaled(places) + i128::from(ticks) * self.step.scaled(places), places)
+        let passed = i128::from(ticks).saturating_mul(self.step.scaled(places));
+        nearest(self.start.scaled(places).saturating_add(passed), places)
     }
 
     /// Length of `multiple` base steps, s, rounded once.
     pub fn length(&self, multiple: u64) -> f64 {
-        nearest(i128::from(multiple) * self.step.mantissa, self.step.places)
+        nearest(i128::from(multiple).saturating_mul(self.step.mantissa), self.step.places)
     }
 
     /// Time at the end, s.

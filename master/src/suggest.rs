@@ -1,5 +1,8 @@
 //! Names that look like a misspelt one.
 
+/// Names compared; a larger model gets suggestions from its first ones only.
+const MOST_NAMES: usize = 20_000;
+
 /// Up to three of `names` that are close to `given`, the closest first.
 ///
 /// Close: an edit distance (insert, delete, replace) of at most a third of the length, or equal but for case.
@@ -8,7 +11,7 @@ pub fn close<'n>(given: &str, names: impl Iterator<Item = &'n str>) -> Vec<Strin
     let most = (given_lower.len() / 3).clamp(1, 4);
     let mut found: Vec<(usize, &str)> = Vec::new();
     let mut row = Vec::new();
-    for name in names {
+    for name in names.take(MOST_NAMES) {
         let lower: Vec<char> = name.to_lowercase().chars().take(120).collect();
         if lower.len().abs_diff(given_lower.len()) <= most {
             let distance = edits(&given_lower, &lower, &mut row);

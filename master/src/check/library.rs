@@ -9,8 +9,8 @@ use super::Options;
 use super::plan::Fmu;
 use super::system::System;
 use crate::archive::{self, Unpacked};
-use crate::description::{ConnectorType, Description};
 use crate::description::uri::{Roots, find};
+use crate::description::{ConnectorType, Description};
 use crate::fault::{Fault, FaultKind, Faults, Place, of_file};
 use crate::model_description::{self, ModelDescription};
 

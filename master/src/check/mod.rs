@@ -1,6 +1,6 @@
 //! From a description and the models of its FMUs to a validated [`plan::Plan`], or every fault at once.
 //!
-//! [`plan`] reads and opens everything and joins it. Each part of the check has its file: `library` opens FMUs, `values`
+//! [`plan()`] reads and opens everything and joins it. Each part of the check has its file: `library` opens FMUs, `values`
 //! turns parameters into settings, `connections` and `arrays` resolve connections, `steps` times, `recording` what is
 //! written, [`order`] the exchange in initialisation mode.
 
@@ -52,10 +52,10 @@ pub fn plan(path: &Path, options: &Options) -> Result<Plan, Faults> {
     build(&description, path, options, faults)
 }
 
-/// [`plan`] for a description that is read already; `faults` holds what reading it found.
+/// [`plan()`] for a description that is read already; `faults` holds what reading it found.
 ///
 /// # Errors
-/// As [`plan`].
+/// As [`plan()`].
 pub fn build(description: &Description, path: &Path, options: &Options, mut faults: Faults) -> Result<Plan, Faults> {
     let faults_ref = &mut faults;
     let system: System<'_> = library::open(description, options, faults_ref);

@@ -19,6 +19,9 @@ use crate::check::plan::{ArrayConnection, Component, Connection, Fmu, InitialSta
 use crate::fault::{FaultKind, Faults, Place};
 use crate::model_description::{Causality, Dependencies, Initial, Item, ModelDescription};
 
+/// Loops of assumed dependencies that are cut one by one, each at the cost of a walk over the graph.
+const MOST_SINGLE_CUTS: usize = 100;
+
 /// A node: a variable of a component, or the "all inputs" hub of a component for assumed dependencies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Node {
@@ -177,7 +180,8 @@ fn levels<'m>(
     let mut level = vec![0_usize; count];
     let mut done = vec![false; count];
     let mut ready: Vec<usize> = (0..count).filter(|&n| graph.incoming[n] == 0).collect();
-    let mut next_hub = 0;
+    let mut cut = vec![false; count];
+    let mut cuts = 0;
     loop {
         while let Some(node) = ready.pop() {
             done[node] = true;
@@ -192,21 +196,31 @@ fn levels<'m>(
         }
         // Stuck: cut the assumed dependencies of one component that lies on a loop, and go on.
         let on_loop = nodes_on_loops(graph, &done);
-        let hub = (next_hub..count).find(|&n| !done[n] && on_loop[n] && matches!(graph.nodes[n], Node::Hub(_)));
-        let Some(hub) = hub else { break };
-        next_hub = hub + 1;
-        if let Node::Hub(component) = graph.nodes[hub] {
-            faults.note(
-                place,
-                format!("Component {}", components[component].name),
-                "its model lists no initial dependencies and lies on a loop of connections: its first outputs are read before all of its inputs are set",
-            );
+        let hubs = (0..count).filter(|&n| !done[n] && on_loop[n] && matches!(graph.nodes[n], Node::Hub(_)));
+        // One at a time cuts no more than needed; in a system with many, all at once keeps the cost linear.
+        let most = if cuts < MOST_SINGLE_CUTS { 1 } else { count };
+        let hubs: Vec<usize> = hubs.take(most).collect();
+        if hubs.is_empty() {
+            break;
+        }
+        cuts += 1;
+        for &hub in &hubs {
+            if let Node::Hub(component) = graph.nodes[hub] {
+                faults.note(
+                    place,
+                    format!("Component \"{}\"", components[component].name),
+                    "its model lists no initial dependencies and lies on a loop of connections: its first outputs are read before all of its inputs are set",
+                );
+            }
+            cut[hub] = true;
         }
         for edges in &mut graph.edges {
-            edges.retain(|edge| edge.to != hub);
+            edges.retain(|edge| !cut[edge.to]);
         }
-        graph.incoming[hub] = 0;
-        ready.push(hub);
+        for hub in hubs {
+            graph.incoming[hub] = 0;
+            ready.push(hub);
+        }
     }
     if done.iter().any(|done| !done) {
         let path = loop_path(graph, &done);

@@ -68,7 +68,7 @@ fn good() -> Plan {
 #[test]
 fn the_single_wheel_becomes_a_plan() {
     let plan = good();
-    assert_eq!(plan.notes.iter().map(ToString::to_string).collect::<Vec<_>>(), [String::new(); 0]);
+    assert_eq!(plan.notes.iter().map(ToString::to_string).collect::<Vec<_>>(), Vec::<String>::new());
     assert_eq!(plan.components.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["rig", "tire", "terrain"]);
     assert_eq!((plan.connections.len(), plan.arrays.len(), plan.fmus.len()), (13 + 6 + 3, 5, 3));
     assert_eq!((plan.clock.steps, plan.clock.stop()), (1000, 1.0));
@@ -141,7 +141,7 @@ fn a_true_loop_of_initial_values_names_its_path() {
         "        <Scalar name=\"height\"><InitialDependency name=\"body[1].position\"/></Scalar>\n      </Extension>";
     let faults = check_edited("terrain/modelDescription.xml", &[(scalar, loops)]).unwrap_err();
     assert_eq!(faults.len(), 1, "{faults}");
-    let FaultKind::Loop { path } = &faults.faults()[0].kind else { panic!("{faults}") };
+    let FaultKind::Loop { path } = &*faults.faults()[0].kind else { panic!("{faults}") };
     assert_eq!(path.first(), path.last());
     assert_eq!(path.len(), 7, "{path:?}");
     for part in ["terrain.height", "rig.ground_height", "tire.mesh.position", "terrain.body[1].position"] {

@@ -4,50 +4,60 @@
 //! a sink point, by the kinds of its connectors (SSP 1.0: the words "start" and "end" say nothing about direction). A
 //! component's input is then followed backwards through system connectors to the component output that feeds it.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
-use super::parameters::Bound;
 use super::raw::{self, Child};
-use super::{Assignment, Component, Connection, ConnectorKind, Description, End, Given, Transformation};
+use super::{Component, Connection, ConnectorKind, Description, End, Transformation};
 use crate::fault::{FaultKind, Faults, Place};
 use crate::suggest::close;
-use crate::unit::Linear;
 
 /// With more faults than this, names are no longer compared for suggestions: it costs time and nobody reads that far.
 pub(crate) const SUGGEST_UP_TO: usize = 30;
 
+/// System connectors on the way of one connection, and dots in a name. Nesting is limited by the XML reader to less; only a
+/// loop or a file made to cost time has more.
+pub(super) const MOST_HOPS: usize = 256;
+
 /// A system or component in the tree.
-struct Scope<'r> {
+pub(super) struct Scope<'r> {
     /// Dotted name; empty for the root.
     path: String,
     /// `None` for a system.
-    component: Option<usize>,
-    children: HashMap<&'r str, usize>,
-    connectors: HashMap<&'r str, ConnectorKind>,
+    pub(super) component: Option<usize>,
+    pub(super) children: HashMap<&'r str, usize>,
+    pub(super) connectors: HashMap<&'r str, ConnectorKind>,
 }
 
-type Point<'r> = (usize, &'r str);
+pub(super) type Point<'r> = (usize, &'r str);
 
 /// A connection between two points, directed.
-struct Feed<'r> {
-    from: Point<'r>,
-    to: Point<'r>,
-    written: &'r raw::Connection,
+pub(super) struct Feed<'r> {
+    pub(super) from: Point<'r>,
+    pub(super) to: Point<'r>,
+    pub(super) written: &'r raw::Connection,
 }
 
-struct Flattener<'r, 'f> {
-    scopes: Vec<Scope<'r>>,
-    feeds: Vec<Feed<'r>>,
-    components: Vec<Component>,
+pub(super) struct Flattener<'r, 'f> {
+    pub(super) scopes: Vec<Scope<'r>>,
+    pub(super) feeds: Vec<Feed<'r>>,
+    pub(super) components: Vec<Component>,
     /// Component names so far, with their lines.
     names: HashMap<String, u32>,
-    faults: &'f mut Faults,
+    /// Values bound so far.
+    pub(super) assigned: usize,
+    pub(super) faults: &'f mut Faults,
 }
 
 /// Flattens a system into a description (components, connections, values, extras).
 pub fn flatten(root: &raw::System, description: &mut Description, faults: &mut Faults) {
-    let mut f =
-        Flattener { scopes: Vec::new(), feeds: Vec::new(), components: Vec::new(), names: HashMap::new(), faults };
+    let mut f = Flattener {
+        scopes: Vec::new(),
+        feeds: Vec::new(),
+        components: Vec::new(),
+        names: HashMap::new(),
+        assigned: 0,
+        faults,
+    };
     let scope = f.enter(root, String::new(), description);
     f.connect(root, scope);
     let incoming = f.incoming();
@@ -254,7 +264,7 @@ impl<'r> Flattener<'r, '_> {
                 };
                 at = before.from;
                 hops += 1;
-                if hops > self.feeds.len() {
+                if hops > MOST_HOPS {
                     let path = vec![self.name(feed.from), self.name(feed.to)];
                     self.faults.add(&feed.written.place, "Connection", FaultKind::Loop { path });
                     break None;
@@ -267,132 +277,6 @@ impl<'r> Flattener<'r, '_> {
         }
         connections
     }
-
-    /// Settles the values of all levels: deeper ones first, so that higher ones replace them.
-    fn bind(&mut self, root: &'r raw::System, scope: usize) {
-        let mut outgoing: HashMap<Point<'r>, Vec<usize>> = HashMap::new();
-        for (index, feed) in self.feeds.iter().enumerate() {
-            outgoing.entry(feed.from).or_default().push(index);
-        }
-        let mut position: Vec<HashMap<String, usize>> = vec![HashMap::new(); self.components.len()];
-        self.bind_system(root, scope, &outgoing, &mut position);
-    }
-
-    fn bind_system(
-        &mut self,
-        system: &'r raw::System,
-        scope: usize,
-        outgoing: &HashMap<Point<'r>, Vec<usize>>,
-        position: &mut [HashMap<String, usize>],
-    ) {
-        for child in &system.elements {
-            match child {
-                Child::System(s) => {
-                    if let Some(&inner) = self.scopes[scope].children.get(s.name.as_str()) {
-                        self.bind_system(s, inner, outgoing, position);
-                    }
-                }
-                Child::Component(c) => {
-                    let inner = self.scopes[scope].children.get(c.name.as_str());
-                    if let Some(component) = inner.and_then(|&inner| self.scopes[inner].component) {
-                        for bound in &c.values {
-                            self.assign(component, &bound.name, bound.clone(), position);
-                        }
-                    }
-                }
-            }
-        }
-        for bound in &system.values {
-            if !self.resolve(scope, &bound.name, bound, outgoing, position) {
-                let text = "it names no variable of this system and is ignored";
-                self.faults.note(&bound.place, format!("Parameter \"{}\"", bound.name), text);
-            }
-        }
-    }
-
-    /// Finds what a hierarchical name means in a system; `false` if nothing.
-    fn resolve(
-        &mut self,
-        scope: usize,
-        name: &str,
-        bound: &Bound,
-        outgoing: &HashMap<Point<'r>, Vec<usize>>,
-        position: &mut [HashMap<String, usize>],
-    ) -> bool {
-        if let Some(component) = self.scopes[scope].component {
-            self.assign(component, name, bound.clone(), position);
-            return true;
-        }
-        if let Some((&connector, _)) = self.scopes[scope].connectors.get_key_value(name) {
-            self.spread((scope, connector), bound, outgoing, position);
-            return true;
-        }
-        // "a.b.c" may be element "a" or element "a.b": the longest element name that fits wins.
-        let dots: Vec<usize> = name.match_indices('.').map(|(at, _)| at).collect();
-        for at in dots.into_iter().rev() {
-            if let Some(&child) = self.scopes[scope].children.get(&name[..at]) {
-                return self.resolve(child, &name[at + 1..], bound, outgoing, position);
-            }
-        }
-        false
-    }
-
-    /// Carries a value from a system connector inwards to the component variables it feeds.
-    fn spread(
-        &mut self,
-        start: Point<'r>,
-        bound: &Bound,
-        outgoing: &HashMap<Point<'r>, Vec<usize>>,
-        position: &mut [HashMap<String, usize>],
-    ) {
-        let mut open = vec![(start, bound.clone())];
-        let mut seen = HashSet::from([start]);
-        while let Some((point, bound)) = open.pop() {
-            for &index in outgoing.get(&point).into_iter().flatten() {
-                let feed = &self.feeds[index];
-                let (to, written) = (feed.to, feed.written);
-                let mut bound = bound.clone();
-                bound.suppress_unit_conversion |= written.suppress_unit_conversion;
-                match &written.transformation {
-                    None => {}
-                    Some(Transformation::Linear(next)) => {
-                        bound.linear = Some(bound.linear.unwrap_or(Linear::IDENTITY).then(*next));
-                    }
-                    Some(_) => {
-                        let what = "a mapping transformation between a system parameter and a component".to_owned();
-                        let instead = "bind the parameter at the component";
-                        self.faults.add(&written.place, "Connection", FaultKind::Unsupported { what, instead });
-                        continue;
-                    }
-                }
-                match self.scopes[to.0].component {
-                    Some(component) => self.assign(component, to.1, bound, position),
-                    None if seen.insert(to) => open.push((to, bound)),
-                    None => {}
-                }
-            }
-        }
-    }
-
-    fn assign(&mut self, component: usize, variable: &str, bound: Bound, position: &mut [HashMap<String, usize>]) {
-        let assignment = Assignment {
-            variable: variable.to_owned(),
-            value: bound.value,
-            unit: bound.unit,
-            linear: bound.linear,
-            suppress_unit_conversion: bound.suppress_unit_conversion,
-            must_exist: bound.must_exist,
-            place: bound.place,
-        };
-        let values = &mut self.components[component].values;
-        match position[component].get(variable) {
-            Some(&at) => values[at] = assignment,
-            None => {
-                position[component].insert(variable.to_owned(), values.len());
-                values.push(assignment);
-            }
-        }
-    }
 }
 
 /// One transformation after the other, where that is one again.
@@ -404,18 +288,5 @@ fn chained(first: &Option<Transformation>, then: Option<Transformation>) -> Resu
             Ok(Some(Transformation::Linear(a.then(b))))
         }
         _ => Err("a chain of mapping transformations through system connectors".to_owned()),
-    }
-}
-
-impl Given {
-    /// The value in words, with its kind.
-    pub fn described(&self) -> String {
-        match self {
-            Self::Real(v) => format!("Real {v:?}"),
-            Self::Integer(v) => format!("Integer {v}"),
-            Self::Boolean(v) => format!("Boolean {v}"),
-            Self::String(v) => format!("String \"{v}\""),
-            Self::Item(v) => format!("Enumeration \"{v}\""),
-        }
     }
 }

@@ -6,6 +6,7 @@
 //! of type `org.terramech`; their vocabulary lives in [`annotations`] alone.
 
 pub mod annotations;
+mod bind;
 mod flatten;
 mod parameters;
 mod raw;

@@ -12,6 +12,9 @@ use crate::model_description::types;
 use crate::unit::{Linear, Unit};
 use crate::xml::{Document, Element, Limits, boolean};
 
+/// Parameters that come out of one mapping.
+const MOST_MAPPED: usize = 1_000_000;
+
 /// Where the file with the bindings lies, and what else is read on the way.
 pub struct Context<'p> {
     /// For `source` URIs.
@@ -211,6 +214,11 @@ fn mapped(values: Vec<Bound>, mapping: Element<'_>, faults: &mut Faults) -> Vec<
             faults.note(&entry.place(), entry.label(), format!("the parameter set has no parameter \"{source}\""));
             continue;
         };
+        if out.len() + found.len() > MOST_MAPPED {
+            let (given, allowed) = ((out.len() + found.len()) as u64, MOST_MAPPED as u64);
+            faults.add(&entry.place(), entry.label(), FaultKind::TooMuch { what: "mapped parameters", given, allowed });
+            break;
+        }
         for bound in found {
             let mut bound = Bound { name: target.to_owned(), suppress_unit_conversion: suppress, ..(*bound).clone() };
             match &transformation {

@@ -149,6 +149,34 @@ fn an_archive_is_read_like_a_folder() {
     assert_eq!(plan.inputs[0].path, path);
 }
 
+/// Cut anywhere, or with any byte changed, a file is refused or read, and nothing panics.
+#[test]
+fn damaged_files_do_not_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.ssd");
+    for name in ["system.ssd", "nested/system.ssd", "tire/modelDescription.xml"] {
+        let whole = fs::read(data(name)).unwrap();
+        let is_model = name.ends_with("modelDescription.xml");
+        let mut at = 0;
+        while at < whole.len() {
+            let mut changed = whole.clone();
+            changed[at] = [b'"', b'<', b'9', b'-', 0, 0xFF][at % 6];
+            for bytes in [&whole[..at], &changed] {
+                let mut faults = Faults::new();
+                if is_model {
+                    crate::model_description::read(bytes, &path, &mut faults);
+                } else {
+                    fs::write(&path, bytes).unwrap();
+                    if let Some(description) = read(&path, &mut faults) {
+                        let _ = write(&description, Audience::Terramech);
+                    }
+                }
+            }
+            at += 41; // prime: the place in a line and the kind of change vary
+        }
+    }
+}
+
 /// A ring of units with many connections: reading and checking must stay linear.
 #[test]
 fn many_connections_are_read_and_checked() {

@@ -1,6 +1,6 @@
 //! Showing what a description or an FMU holds: as tables, as a Mermaid graph, as JSON.
 //!
-//! Everything here makes text from a [`Plan`] or a [`ModelDescription`]; nothing is printed.
+//! Everything here makes text from a [`Plan`] or a [`ModelDescription`](crate::model_description::ModelDescription); nothing is printed.
 
 mod graph;
 mod json;

@@ -74,7 +74,7 @@ impl Document {
     /// The first thing that makes it no document we read, with its line.
     pub fn read(bytes: &[u8], file: &Path, limits: Limits) -> Result<Self, Fault> {
         let place = Place::file(file);
-        let fault = |line: u32, kind| Fault { place: place.at(line), element: String::new(), kind };
+        let fault = |line: u32, kind| Fault::new(place.at(line), "", kind);
         // Offsets are kept in 32 bits.
         let most = limits.bytes.min(1 << 31);
         if bytes.len() as u64 > most {
@@ -140,7 +140,7 @@ impl Document {
             return Ok(root);
         }
         let kind = FaultKind::WrongRoot { given: root.name().chars().take(60).collect(), allowed: name };
-        Err(Fault { place: root.place(), element: String::new(), kind })
+        Err(Fault::new(root.place(), "", kind))
     }
 
     /// The file.
