@@ -120,7 +120,7 @@ fn the_mesh_is_the_wheel_s_turned_and_moved() {
     }
     let vr = tire.vr("mesh.triangle");
     let triangles = tire.instance.integer_array(vr).unwrap();
-    assert!(triangles.len() % 3 == 0 && triangles.iter().all(|&i| i >= 0 && (i as usize) < points.len()));
+    assert!(triangles.len().is_multiple_of(3) && triangles.iter().all(|&i| i >= 0 && (i as usize) < points.len()));
 }
 
 #[test]
@@ -329,7 +329,7 @@ fn the_model_description_and_the_default_specification_are_sound() {
     terramech_fmi2::specification::parse::<fmu_tire::rigid::config::RigidTire>(&model.default_specification, "default")
         .unwrap();
     let schema = model.schema.to_string();
-    assert!(schema.contains("grousers") && schema.contains("[kg/m3]"));
+    assert!(schema.contains("grousers") && schema.contains("(kg/m3)"));
     let table = &model.table;
     let position = table.find("mesh.position").unwrap().1;
     let wheel = table.find("wheel.position.z").unwrap().0;

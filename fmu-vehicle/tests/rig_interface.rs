@@ -160,6 +160,6 @@ fn the_model_description_and_the_default_specification_are_sound() {
     spec.check("default").unwrap();
     let schema = model.schema.to_string();
     assert!(
-        schema.contains("imposed_angular_speed") && schema.contains("[N/s]") && schema.contains("additionalProperties")
+        schema.contains("imposed_angular_speed") && schema.contains("(N/s)") && schema.contains("additionalProperties")
     );
 }

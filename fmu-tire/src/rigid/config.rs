@@ -43,9 +43,9 @@ impl Default for Shape {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CylinderShape {
-    /// Undeformed radius, without grousers [m].
+    /// Undeformed radius, without grousers (m).
     pub radius: f64,
-    /// Width along the axle [m].
+    /// Width along the axle (m).
     pub width: f64,
     /// Facets around the circumference, 8 to 10000. Facets lie inside the radius by at most radius (1 - cos(pi / divisions)).
     pub divisions: u32,
@@ -65,9 +65,9 @@ impl Default for CylinderShape {
 pub struct GrouserShape {
     /// How many.
     pub count: u32,
-    /// Height above the cylinder [m].
+    /// Height above the cylinder (m).
     pub height: f64,
-    /// Thickness along the circumference [m].
+    /// Thickness along the circumference (m).
     pub thickness: f64,
 }
 
@@ -77,10 +77,10 @@ pub struct GrouserShape {
 pub struct ObjShape {
     /// Path of the OBJ file, relative to this specification.
     pub file: String,
-    /// Factor from the file's lengths to metres [1].
+    /// Factor from the file's lengths to metres (1).
     #[serde(default = "one")]
     pub scale: f64,
-    /// Undeformed radius [m], to which slip and sinkage refer; null: the greatest distance of a vertex from the axle.
+    /// Undeformed radius (m), to which slip and sinkage refer; null: the greatest distance of a vertex from the axle.
     #[serde(default)]
     pub radius: Option<f64>,
 }
@@ -93,13 +93,13 @@ fn one() -> f64 {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Mass {
-    /// Mass [kg].
+    /// Mass (kg).
     #[serde(default)]
     pub mass: Option<f64>,
-    /// Density of a uniform solid that fills the mesh [kg/m3].
+    /// Density of a uniform solid that fills the mesh (kg/m3).
     #[serde(default)]
     pub density: Option<f64>,
-    /// Inertia about the wheel centre [kg m2]; null: that of the uniform solid with this mass.
+    /// Inertia about the wheel centre (kg m2); null: that of the uniform solid with this mass.
     #[serde(default)]
     pub inertia: Option<Inertia>,
 }
@@ -114,11 +114,11 @@ impl Default for Mass {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Inertia {
-    /// About X [kg m2].
+    /// About X (kg m2).
     pub xx: f64,
-    /// About the axle [kg m2].
+    /// About the axle (kg m2).
     pub yy: f64,
-    /// About Z [kg m2].
+    /// About Z (kg m2).
     pub zz: f64,
 }
 
@@ -126,13 +126,13 @@ pub struct Inertia {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Material {
-    /// Coefficient of friction [1].
+    /// Coefficient of friction (1).
     pub friction: f64,
-    /// Coefficient of restitution, 0 to 1 [1].
+    /// Coefficient of restitution, 0 to 1 (1).
     pub restitution: f64,
-    /// Young's modulus [Pa].
+    /// Young's modulus (Pa).
     pub young_modulus: f64,
-    /// Poisson's ratio, above -1, at most 0.5 [1].
+    /// Poisson's ratio, above -1, at most 0.5 (1).
     pub poisson_ratio: f64,
 }
 
@@ -158,17 +158,17 @@ pub enum ContactPath {
 pub struct Wheel {
     /// The mesh in the wheel's frame.
     pub mesh: TriangleMesh,
-    /// Undeformed radius [m].
+    /// Undeformed radius (m).
     pub radius: f64,
-    /// Greatest distance of a vertex from the axle [m].
+    /// Greatest distance of a vertex from the axle (m).
     pub outer_radius: f64,
-    /// Extent along the axle [m].
+    /// Extent along the axle (m).
     pub width: f64,
-    /// Mass [kg].
+    /// Mass (kg).
     pub mass: f64,
-    /// Inertia about the wheel centre: xx, yy, zz [kg m2].
+    /// Inertia about the wheel centre: xx, yy, zz (kg m2).
     pub inertia: [f64; 3],
-    /// Friction, restitution, Young's modulus [Pa], Poisson's ratio.
+    /// Friction, restitution, Young's modulus (Pa), Poisson's ratio.
     pub material: [f64; 4],
     /// Forces at vertices instead of the wrench.
     pub by_vertices: bool,
@@ -288,7 +288,7 @@ fn read_obj(shape: &ObjShape, folder: Option<&Path>) -> Result<TriangleMesh, Str
     Ok(mesh)
 }
 
-/// Mass [kg] and moments about the wheel centre [kg m2].
+/// Mass (kg) and moments about the wheel centre (kg m2).
 fn masses(faults: &mut Faults, notes: &mut Vec<String>, given: &Mass, mesh: &TriangleMesh) -> (f64, [f64; 3]) {
     let solid = match mesh.mass_properties(given.density.filter(|d| d.is_finite() && *d > 0.0).unwrap_or(1.0)) {
         Ok(solid) => solid,

@@ -3,7 +3,7 @@
 use super::error::ContactError;
 use terramech_mechanics::{RigidState, TriangleMesh, Vec3};
 
-/// Force [N] and moment [N m] about the wheel centre, in the inertial frame, of `force` (3n) on the vertices `index` (n)
+/// Force (N) and moment (N m) about the wheel centre, in the inertial frame, of `force` (3n) on the vertices `index` (n)
 /// of `mesh` placed at `wheel`.
 ///
 /// # Errors

@@ -14,25 +14,25 @@ pub struct Variables {
     pub contact: WrenchVars,
     /// In: vertices in contact.
     pub contact_index: IntegerArrayVar,
-    /// In: forces on them [N].
+    /// In: forces on them (N).
     pub contact_force: RealArrayVar,
     /// Out: what acts on the hub.
     pub wheel_wrench: WrenchVars,
-    /// Out: vertices in the inertial frame [m].
+    /// Out: vertices in the inertial frame (m).
     pub mesh_position: RealArrayVar,
-    /// Out: their velocities [m/s].
+    /// Out: their velocities (m/s).
     pub mesh_velocity: RealArrayVar,
     /// Out: triangles.
     pub mesh_triangle: IntegerArrayVar,
-    /// Mass handed to the hub [kg].
+    /// Mass handed to the hub (kg).
     pub hub_mass: RealVar,
-    /// Moments handed to the hub: xx, yy, zz [kg m2].
+    /// Moments handed to the hub: xx, yy, zz (kg m2).
     pub hub_inertia: [RealVar; 3],
-    /// Undeformed radius [m].
+    /// Undeformed radius (m).
     pub radius: RealVar,
-    /// Greatest distance from the axle [m].
+    /// Greatest distance from the axle (m).
     pub outer_radius: RealVar,
-    /// Width [m].
+    /// Width (m).
     pub width: RealVar,
     /// Friction, restitution, Young's modulus, Poisson's ratio.
     pub material: [RealVar; 4],

@@ -8,19 +8,19 @@ use std::collections::VecDeque;
 pub struct RunningMean {
     window: f64,
     width: usize,
-    /// Durations [s] of the samples kept, oldest first; the oldest is cut where the window begins.
+    /// Durations (s) of the samples kept, oldest first; the oldest is cut where the window begins.
     durations: VecDeque<f64>,
     /// Their values, `width` each.
     samples: VecDeque<f64>,
 }
 
 impl RunningMean {
-    /// Averages of `width` quantities over `window` [s]; 0 keeps the newest value alone.
+    /// Averages of `width` quantities over `window` (s); 0 keeps the newest value alone.
     pub fn new(window: f64, width: usize) -> Self {
         Self { window, width, durations: VecDeque::new(), samples: VecDeque::new() }
     }
 
-    /// Adds the values that held for `duration` [s], and gives the means now.
+    /// Adds the values that held for `duration` (s), and gives the means now.
     pub fn push<const N: usize>(&mut self, duration: f64, values: [f64; N]) -> [f64; N] {
         debug_assert_eq!(N, self.width);
         self.durations.push_back(duration);

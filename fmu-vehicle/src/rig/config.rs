@@ -22,11 +22,11 @@ pub struct RigSpecification {
     pub slide: Slide,
     /// The carriage.
     pub carriage: Carriage,
-    /// Moment of inertia about the axle of what turns with the wheel besides the tire's hub inertia [kg m2].
+    /// Moment of inertia about the axle of what turns with the wheel besides the tire's hub inertia (kg m2).
     pub spin_inertia: f64,
-    /// Window of the running averages of the filtered outputs [s]; 0 for none.
+    /// Window of the running averages of the filtered outputs (s); 0 for none.
     pub filter_window: f64,
-    /// Longest inner step [s]; a communication step is cut into equal ones.
+    /// Longest inner step (s); a communication step is cut into equal ones.
     pub inner_step: f64,
 }
 
@@ -54,17 +54,17 @@ pub struct Drive {
     /// Of the mode `imposed_slip`: which speed is given; the other follows from the slip.
     pub base: Base,
     /// Slip (omega R - v)/max(|omega R|, |v|), v the carriage's speed: -1 (locked wheel, from linear speed) to 1 (spinning
-    /// on the spot, from angular speed) [1].
+    /// on the spot, from angular speed) (1).
     pub slip: f64,
-    /// Carriage speed after the ramp, for `imposed_slip` from `linear_speed` [m/s].
+    /// Carriage speed after the ramp, for `imposed_slip` from `linear_speed` (m/s).
     pub speed: f64,
-    /// Angular speed of the wheel after the ramp, for `imposed_slip` from `angular_speed` and for `imposed_angular_speed` [rad/s].
+    /// Angular speed of the wheel after the ramp, for `imposed_slip` from `angular_speed` and for `imposed_angular_speed` (rad/s).
     pub angular_speed: f64,
     /// Whether the wheel touches down at rest, or already at full speed (then without `ramp`): numbers settle sooner.
     pub start: StartOf,
-    /// Time at rest between touchdown and ramp [s].
+    /// Time at rest between touchdown and ramp (s).
     pub delay: f64,
-    /// Duration of the ramp [s].
+    /// Duration of the ramp (s).
     pub ramp: f64,
     /// The growing resistance of the mode `imposed_angular_speed`.
     pub resistance: Resistance,
@@ -121,9 +121,9 @@ pub enum StartOf {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Resistance {
-    /// Time from the end of the ramp until it begins to grow [s].
+    /// Time from the end of the ramp until it begins to grow (s).
     pub delay: f64,
-    /// Growth [N/s].
+    /// Growth (N/s).
     pub rate: f64,
     /// What happens when the carriage has stopped.
     pub at_stop: AtStop,
@@ -149,11 +149,11 @@ pub enum AtStop {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Toe {
-    /// Angle of the heading against X, positive to the left (about +Z), -pi/2 to pi/2 [rad].
+    /// Angle of the heading against X, positive to the left (about +Z), -pi/2 to pi/2 (rad).
     pub angle: f64,
-    /// Time from the end of the touchdown until the heading turns [s].
+    /// Time from the end of the touchdown until the heading turns (s).
     pub delay: f64,
-    /// Duration of the smooth turn [s].
+    /// Duration of the smooth turn (s).
     pub ramp: f64,
 }
 
@@ -161,9 +161,9 @@ pub struct Toe {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Load {
-    /// Mass that slides vertically with the wheel, without the tire's hub mass, which is added [kg].
+    /// Mass that slides vertically with the wheel, without the tire's hub mass, which is added (kg).
     pub mass: f64,
-    /// Static vertical load on the soil [N]: **everything included**, the weights of `mass` and of the tire's hub mass too.
+    /// Static vertical load on the soil (N): **everything included**, the weights of `mass` and of the tire's hub mass too.
     /// 0: their weight and nothing else.
     pub force: f64,
 }
@@ -179,17 +179,17 @@ impl Default for Load {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Slide {
-    /// Gap between the settled soil and the wheel's lowest point at the start [m].
+    /// Gap between the settled soil and the wheel's lowest point at the start (m).
     pub gap: f64,
-    /// Greatest vertical speed during touchdown [m/s].
+    /// Greatest vertical speed during touchdown (m/s).
     pub lowering_speed: f64,
-    /// Time over which the touchdown's damper fades out [s].
+    /// Time over which the touchdown's damper fades out (s).
     pub release: f64,
-    /// Damping of the slide after touchdown, per mass that slides [1/s]. It carries part of the load only while the wheel
+    /// Damping of the slide after touchdown, per mass that slides (1/s). It carries part of the load only while the wheel
     /// sinks or rises: at 10 1/s and 5 mm/s half a percent of the weight. It outweighs the negative damping K H/m that a
-    /// contact stiffness K [N/m] has at a communication step H [s]; 0 leaves that to the soil.
+    /// contact stiffness K (N/m) has at a communication step H (s); 0 leaves that to the soil.
     pub damping_rate: f64,
-    /// Sinkage at which the slide meets its end stop [m]; 0: one and a half undeformed radii.
+    /// Sinkage at which the slide meets its end stop (m); 0: one and a half undeformed radii.
     pub greatest_sinkage: f64,
 }
 
@@ -203,11 +203,11 @@ impl Default for Slide {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Carriage {
-    /// Where the wheel centre starts along the rails [m].
+    /// Where the wheel centre starts along the rails (m).
     pub x: f64,
-    /// Where the rails are [m].
+    /// Where the rails are (m).
     pub y: f64,
-    /// Mass of the carriage without slide and wheel, for the mode `imposed_angular_speed` [kg].
+    /// Mass of the carriage without slide and wheel, for the mode `imposed_angular_speed` (kg).
     pub mass: f64,
 }
 

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use terramech_mechanics::{RigidState, Vec3, rotation};
 
-/// Gravity [m/s2].
+/// Gravity (m/s2).
 pub const GRAVITY: f64 = 9.81;
 /// Share of the load at which touchdown's speed limit ends and its damper alone leads to rest. Less and the last
 /// millimetres of soft soil take long; more and stiff ground meets a damper too weak to stop the wheel at once.
 const DAMPED_SHARE: f64 = 0.5;
 /// Share of the load that the soil has to carry, on average, before the touchdown's damper fades out.
 const CARRIED_SHARE: f64 = 0.95;
-/// Time constant of that average [s]: over the passing of single grains, well below the touchdown's duration.
+/// Time constant of that average (s): over the passing of single grains, well below the touchdown's duration.
 const CARRIED_TIME: f64 = 0.02;
 
 /// Everything that stays constant in a run: the specification with its overrides, and what tire and terrain handed over.
@@ -21,15 +21,15 @@ const CARRIED_TIME: f64 = 0.02;
 pub struct Rig {
     /// The specification, overridden by parameters.
     pub spec: RigSpecification,
-    /// Undeformed radius [m].
+    /// Undeformed radius (m).
     pub radius: f64,
-    /// Greatest distance of the tire's surface from the axle [m].
+    /// Greatest distance of the tire's surface from the axle (m).
     pub outer_radius: f64,
-    /// Mass handed over by the tire [kg].
+    /// Mass handed over by the tire (kg).
     pub hub_mass: f64,
-    /// Its moment of inertia about the axle [kg m2].
+    /// Its moment of inertia about the axle (kg m2).
     pub hub_spin_inertia: f64,
-    /// Height of the settled ground [m].
+    /// Height of the settled ground (m).
     pub ground: f64,
 }
 
@@ -49,25 +49,25 @@ pub enum Phase {
 pub struct Motion {
     /// Phase of the run.
     pub phase: Phase,
-    /// Time since the phase began [s].
+    /// Time since the phase began (s).
     pub clock: f64,
-    /// Wheel centre along X and its speed [m], [m/s].
+    /// Wheel centre along X and its speed (m), (m/s).
     pub x: f64,
-    /// Carriage speed [m/s].
+    /// Carriage speed (m/s).
     pub v: f64,
-    /// Height of the wheel centre [m].
+    /// Height of the wheel centre (m).
     pub z: f64,
-    /// Its speed [m/s].
+    /// Its speed (m/s).
     pub vz: f64,
-    /// Angle of the wheel about its axle, in [0, 2 pi) [rad].
+    /// Angle of the wheel about its axle, in [0, 2 pi) (rad).
     pub spin: f64,
-    /// Angular speed about the axle [rad/s].
+    /// Angular speed about the axle (rad/s).
     pub omega: f64,
-    /// Heading about Z [rad].
+    /// Heading about Z (rad).
     pub heading: f64,
-    /// Its rate [rad/s].
+    /// Its rate (rad/s).
     pub heading_rate: f64,
-    /// Average of the soil's vertical force [N].
+    /// Average of the soil's vertical force (N).
     pub carried: f64,
     /// The slide rests on its end stop.
     pub on_stop: bool,
@@ -78,23 +78,23 @@ pub struct Motion {
 /// What one communication step did, besides the motion at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Taken {
-    /// Mean acceleration of the carriage [m/s2].
+    /// Mean acceleration of the carriage (m/s2).
     pub acceleration: f64,
-    /// Mean angular acceleration of the wheel about its axle [rad/s2].
+    /// Mean angular acceleration of the wheel about its axle (rad/s2).
     pub spin_acceleration: f64,
 }
 
 impl Rig {
-    /// Mass that slides vertically [kg].
+    /// Mass that slides vertically (kg).
     pub fn sliding_mass(&self) -> f64 {
         self.spec.load.mass + self.hub_mass
     }
-    /// Static vertical load on the soil [N].
+    /// Static vertical load on the soil (N).
     pub fn load(&self) -> f64 {
         let given = self.spec.load.force;
         if given > 0.0 { given } else { self.sliding_mass() * GRAVITY }
     }
-    /// Height of the wheel centre at the end stop [m].
+    /// Height of the wheel centre at the end stop (m).
     fn stop_height(&self) -> f64 {
         let given = self.spec.slide.greatest_sinkage;
         self.ground + self.radius - if given > 0.0 { given } else { 1.5 * self.radius }
@@ -117,7 +117,7 @@ impl Rig {
             Mode::ImposedAngularSpeed => (d.angular_speed * self.radius, d.angular_speed),
         }
     }
-    /// Damping of the touchdown [N s/m].
+    /// Damping of the touchdown (N s/m).
     fn touchdown_damping(&self) -> f64 {
         DAMPED_SHARE * self.load() / self.spec.slide.lowering_speed
     }
@@ -127,7 +127,7 @@ impl Rig {
         let waiting = d.start == StartOf::AtRest && m.clock < d.delay;
         d.mode == Mode::ImposedAngularSpeed && m.phase == Phase::Running && !waiting
     }
-    /// The growing resistance at the carriage [N].
+    /// The growing resistance at the carriage (N).
     pub fn resistance(&self, m: &Motion) -> f64 {
         let d = &self.spec.drive;
         if d.mode != Mode::ImposedAngularSpeed || m.phase != Phase::Running {
@@ -158,7 +158,7 @@ impl Rig {
         }
     }
 
-    /// Moves on by a communication step of `size` [s] under the force [N] held on the wheel.
+    /// Moves on by a communication step of `size` (s) under the force (N) held on the wheel.
     pub fn advance(&self, m: &mut Motion, force: &Vec3, size: f64) -> Taken {
         let (v, omega) = (m.v, m.omega);
         // A step that is a multiple of the inner one up to round-off is cut into that many.
@@ -266,25 +266,25 @@ impl Rig {
             angular_velocity: axle * m.omega + Vec3::z() * m.heading_rate,
         }
     }
-    /// Force that the wheel with its slide puts on the carriage along X [N]: the soil's force less the inertia of what
+    /// Force that the wheel with its slide puts on the carriage along X (N): the soil's force less the inertia of what
     /// slides; positive pulls the carriage forward.
     pub fn drawbar_pull(&self, force: &Vec3, taken: &Taken) -> f64 {
         force.x - self.sliding_mass() * taken.acceleration
     }
-    /// `force` in the heading frame [N]: along the heading, to its left, up.
+    /// `force` in the heading frame (N): along the heading, to its left, up.
     pub fn in_heading_frame(&self, m: &Motion, force: &Vec3) -> Vec3 {
         rotation::exp(&(Vec3::z() * -m.heading)) * force
     }
-    /// Torque of the drive on the wheel about its axle [N m]: what turns its inertia, less the soil's moment.
+    /// Torque of the drive on the wheel about its axle (N m): what turns its inertia, less the soil's moment.
     pub fn wheel_torque(&self, m: &Motion, moment: &Vec3, taken: &Taken) -> f64 {
         let axle = rotation::exp(&(Vec3::z() * m.heading)) * Vec3::y();
         (self.spec.spin_inertia + self.hub_spin_inertia) * taken.spin_acceleration - axle.dot(moment)
     }
-    /// Slip now [1].
+    /// Slip now (1).
     pub fn slip(&self, m: &Motion) -> f64 {
         slip(m.omega * self.radius, m.v)
     }
-    /// Settled height less the lowest point of the undeformed wheel [m]; negative in the air.
+    /// Settled height less the lowest point of the undeformed wheel (m); negative in the air.
     pub fn sinkage(&self, m: &Motion) -> f64 {
         self.ground - (m.z - self.radius)
     }

@@ -2,14 +2,14 @@
 
 use super::config::{Base, Drive};
 
-/// Slip (omega R - v)/max(|omega R|, |v|) [1] of the rim speed `rim` = omega R and the carriage speed `v` [m/s]; 0 at rest.
+/// Slip (omega R - v)/max(|omega R|, |v|) (1) of the rim speed `rim` = omega R and the carriage speed `v` (m/s); 0 at rest.
 pub fn slip(rim: f64, v: f64) -> f64 {
     let greater = rim.abs().max(v.abs());
     // Below any speed that an experiment imposes, and above what round-off leaves of a stop.
     if greater < 1e-9 { 0.0 } else { (rim - v) / greater }
 }
 
-/// Carriage speed [m/s] and angular speed [rad/s] after the ramp of the mode `imposed_slip`, for the undeformed radius [m].
+/// Carriage speed (m/s) and angular speed (rad/s) after the ramp of the mode `imposed_slip`, for the undeformed radius (m).
 pub fn imposed_speeds(drive: &Drive, radius: f64) -> (f64, f64) {
     let s = drive.slip;
     match drive.base {
@@ -24,9 +24,9 @@ pub fn imposed_speeds(drive: &Drive, radius: f64) -> (f64, f64) {
 /// inertia forces that the outputs show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
-    /// Time before it [s].
+    /// Time before it (s).
     pub delay: f64,
-    /// Its duration [s]; 0 means 1 always.
+    /// Its duration (s); 0 means 1 always.
     pub duration: f64,
 }
 
@@ -39,12 +39,12 @@ impl Ramp {
         let x = self.place(t);
         x * x * (3.0 - 2.0 * x)
     }
-    /// Its derivative [1/s].
+    /// Its derivative (1/s).
     pub fn rate(&self, t: f64) -> f64 {
         let x = self.place(t);
         if self.duration == 0.0 { 0.0 } else { 6.0 * x * (1.0 - x) / self.duration }
     }
-    /// Its integral from 0 to `t` [s].
+    /// Its integral from 0 to `t` (s).
     pub fn integral(&self, t: f64) -> f64 {
         if self.duration == 0.0 {
             return t;

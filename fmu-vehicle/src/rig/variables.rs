@@ -44,15 +44,15 @@ pub struct Variables {
     pub common: CommonVars,
     /// In: what acts on the wheel, about its centre.
     pub wheel_wrench: WrenchVars,
-    /// In: height of the settled ground [m].
+    /// In: height of the settled ground (m).
     pub ground_height: RealVar,
-    /// Undeformed radius [m].
+    /// Undeformed radius (m).
     pub tire_radius: RealVar,
-    /// Outer radius; 0 for the undeformed one [m].
+    /// Outer radius; 0 for the undeformed one (m).
     pub outer_radius: RealVar,
-    /// Mass handed over by the tire [kg].
+    /// Mass handed over by the tire (kg).
     pub hub_mass: RealVar,
-    /// Its moments xx, yy, zz [kg m2].
+    /// Its moments xx, yy, zz (kg m2).
     pub hub_inertia: [RealVar; 3],
     /// `drive.mode`.
     pub mode: StringVar,
@@ -62,21 +62,21 @@ pub struct Variables {
     pub overrides: Vec<RealVar>,
     /// Out: state of the wheel.
     pub wheel_state: StateVars,
-    /// Out: mass carried at rest [kg].
+    /// Out: mass carried at rest (kg).
     pub load_mass: RealVar,
     /// Out, raw: drawbar pull, wheel force x, y, z, wheel torque, slip, sinkage.
     pub measured: [RealVar; MEASURED],
     /// Out: their running averages.
     pub filtered: [RealVar; MEASURED],
-    /// Out: carriage along X [m].
+    /// Out: carriage along X (m).
     pub carrier_position: RealVar,
-    /// Out: its speed [m/s].
+    /// Out: its speed (m/s).
     pub carrier_velocity: RealVar,
-    /// Out: angular speed about the axle [rad/s].
+    /// Out: angular speed about the axle (rad/s).
     pub wheel_speed: RealVar,
-    /// Out: heading now [rad].
+    /// Out: heading now (rad).
     pub slip_angle: RealVar,
-    /// Out: resistance at the carriage [N].
+    /// Out: resistance at the carriage (N).
     pub resistance: RealVar,
     /// Out: phase of the run.
     pub phase: IntegerVar,
