@@ -53,6 +53,9 @@ pub trait Shape: Send + Sync {
     fn as_mesh(&mut self) -> Option<&mut crate::mesh::MeshShape> {
         None
     }
+    /// Gives the point that the wrench is about, and its velocity, at a communication point; shapes that know their
+    /// centre ignore it.
+    fn set_centre(&mut self, _at: Vec3, _velocity: Vec3) {}
     /// Positions of all vertices now.
     fn positions(&self) -> &[Vec3] {
         &[]

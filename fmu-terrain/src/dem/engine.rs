@@ -147,6 +147,8 @@ impl CpuEngine {
     pub fn with_state(setup: Setup, state: DemState, threads: usize) -> Result<Self, DemError> {
         let pairs = PairTable::new(&setup.materials, &setup.overrides);
         let rolling = pairs.any_rolling();
+        let mut state = state;
+        state.stale |= rolling && state.slabs.iter().any(|s| s.roll.len() != s.other.len());
         Ok(Self { pairs, rolling, setup, state, scratch: Vec::new(), team: Arc::new(Team::new(threads)?) })
     }
 
@@ -160,9 +162,32 @@ impl CpuEngine {
     /// # Errors
     /// A step above the critical one.
     pub fn set_step(&mut self, step: f64) -> Result<(), DemError> {
-        let setup = Setup { step, ..self.setup.clone() };
+        if step > self.setup.step {
+            limits::check_rows(&Setup { step, ..self.setup.clone() }, &self.state.rows)?;
+        }
+        self.setup.step = step;
+        Ok(())
+    }
+
+    /// Changes the setup; lists and histories stay. For materials of bodies, which are known later than the bed's.
+    ///
+    /// # Errors
+    /// Values outside their ranges, a step above the critical one; the engine is then as it was.
+    pub fn set_setup(&mut self, setup: Setup) -> Result<(), DemError> {
         limits::check_rows(&setup, &self.state.rows)?;
+        self.pairs = PairTable::new(&setup.materials, &setup.overrides);
+        self.rolling = self.pairs.any_rolling();
+        self.state.stale |= self.rolling && self.state.slabs.iter().any(|s| s.roll.len() != s.other.len());
         self.setup = setup;
+        Ok(())
+    }
+
+    /// Computes on this many threads from now on: changes no bit.
+    ///
+    /// # Errors
+    /// The system refuses them.
+    pub fn set_threads(&mut self, threads: usize) -> Result<(), DemError> {
+        self.team = Arc::new(Team::new(threads)?);
         Ok(())
     }
 
@@ -325,8 +350,8 @@ fn integrate_slab(rows: &mut [Row], own: &[[f64; 8]], halo: &[[f64; 8]], h: f64,
             let d = row[c] - row[X0 + c];
             d2 += d * d;
         }
-        // Written so that NaN counts as moved: the rebuild then names the grain.
-        moved |= !(d2 <= reach2);
+        // NaN counts as moved: the rebuild then names the grain.
+        moved |= d2 > reach2 || d2.is_nan();
     }
     moved
 }

@@ -215,6 +215,9 @@ fn grain_body<L: Law, const ROLL: bool>(
     let mut known = &slab.bodies[..];
     for (b, body) in world.bodies.iter().enumerate() {
         let [low, high] = body.shape.bounds();
+        if low[0] > slab.extent[1] || high[0] < slab.extent[0] {
+            continue;
+        }
         for i in slab.grains() {
             let row = &world.rows[i];
             let r = row[R];

@@ -122,7 +122,7 @@ fn carry_bodies(old: &[Slab], slabs: &mut [Slab], order: &[u32]) {
 impl Search<'_> {
     fn slab(&self, [first, last, halo]: [u32; 3]) -> (Slab, Deep) {
         let count = (last - first) as usize;
-        let mut slab = Slab { first, last, halo, ..Slab::default() };
+        let mut slab = Slab { first, last, halo, extent: self.extent(first, last), ..Slab::default() };
         slab.start.reserve(count + 1);
         slab.start.push(0);
         slab.other.reserve(5 * count);
@@ -142,6 +142,15 @@ impl Search<'_> {
         slab.other.shrink_to_fit();
         slab.slip.shrink_to_fit();
         (slab, deep)
+    }
+
+    fn extent(&self, first: u32, last: u32) -> [f64; 2] {
+        let rows = &self.rows[first as usize..last as usize];
+        rows.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
+            // Half the skin is what a grain may move; one step may take it further before that is noticed.
+            let reach = r[R] + self.skin;
+            [low.min(r[0] - reach), high.max(r[0] + reach)]
+        })
     }
 
     /// Lists the partners of grain `i` that come after it.

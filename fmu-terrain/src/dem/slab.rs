@@ -51,6 +51,8 @@ pub struct Slab {
     pub last: u32,
     /// Place after the last grain of the halo.
     pub halo: u32,
+    /// Least and greatest x that its grains reach until the next rebuild [m].
+    pub extent: [f64; 2],
     /// Pairs of grain `first + k`: `other[start[k]..start[k + 1]]`.
     pub start: Vec<u32>,
     /// Places of the partners, ascending for each grain.

@@ -1,0 +1,269 @@
+//! The block `dem_p`, and what the granular engine makes of a specification.
+
+use super::{BODIES, Fill, Radius, Soil, Surface, Terrain};
+use crate::dem::{self, Coefficients, Material, Recipe, Sample, Setup, Wall};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use terramech_fmi2::specification::Faults;
+
+/// Penalty granular model: spheres that overlap a little and push apart, explicit in time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DemP {
+    /// Inner step [s]. It must not be above the critical one; a communication step is cut into equal steps of at most
+    /// this. Null: 0.8 of the critical one.
+    pub step: Option<f64>,
+    /// Force law.
+    pub law: Law,
+    /// Where stiffness and damping come from.
+    pub form: Form,
+    /// Stiffness and damping for the form coefficients.
+    pub coefficients: CoefficientValues,
+    /// How the tangential displacement is followed.
+    pub tangential: Tangential,
+    /// Whether the normal force before adhesion is clamped at zero. It raises the restitution of strongly damped contacts.
+    pub clamp_normal: bool,
+    /// Damping ratio of rolling and spinning resistance [1]; 1 is critical, a grain comes to rest without rocking.
+    pub rolling_damping: f64,
+    /// Time in which the adhesion of a new contact grows [s]; 0 = at once.
+    pub adhesion_time: f64,
+    /// Overlap at which the adhesion of a contact is fully grown, over the least radius [1]; 0 = at once.
+    pub adhesion_overlap: f64,
+    /// Skin of the pair lists over the mean radius, 0.01 to 1 [1]. Larger: fewer rebuilds, longer lists.
+    pub skin: f64,
+    /// Largest overlap expected, over the radius, 0.001 to 0.4 [1]: the critical step holds up to it.
+    pub expected_overlap: f64,
+    /// Critical step over sqrt(m*/k_n) at that overlap, at most 0.5 [1].
+    pub step_factor: f64,
+}
+
+impl Default for DemP {
+    fn default() -> Self {
+        let s = Setup::default();
+        Self {
+            step: None,
+            law: Law::HertzMindlin,
+            form: Form::Properties,
+            coefficients: CoefficientValues::default(),
+            tangential: Tangential::History,
+            clamp_normal: false,
+            rolling_damping: s.rolling_damping,
+            adhesion_time: 0.0,
+            adhesion_overlap: 0.0,
+            skin: s.skin,
+            expected_overlap: s.expected_overlap,
+            step_factor: s.step_factor,
+        }
+    }
+}
+
+/// Force law. Formulas: the theory pages, and `fmu-terrain/src/dem/law/`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Law {
+    /// Linear spring.
+    Hooke,
+    /// Hertz normal, Mindlin tangential stiffness.
+    HertzMindlin,
+    /// Hertz with the dissipation of Flores et al.; needs a restitution above 0.
+    Flores,
+    /// The source paper's driver: regularised Coulomb friction, which creeps.
+    PlainCoulomb,
+}
+
+/// Where stiffness and damping come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Form {
+    /// Young's modulus, Poisson's ratio, restitution.
+    Properties,
+    /// The numbers in `coefficients`.
+    Coefficients,
+}
+
+/// How the tangential displacement is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Tangential {
+    /// Damping only.
+    None,
+    /// This step's slip only.
+    OneStep,
+    /// Accumulated per pair, cut back to the Coulomb limit.
+    History,
+}
+
+/// Stiffness and damping, the same for all materials. Their units depend on the law: Hooke N/m and 1/s; Hertz-Mindlin and
+/// Flores Pa/m^0.5 and 1/(m^1.5 s); plain-coulomb N/m^1.5 and N s/m^1.5.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct CoefficientValues {
+    /// Normal stiffness.
+    pub kn: f64,
+    /// Normal damping.
+    pub gn: f64,
+    /// Tangential stiffness.
+    pub kt: f64,
+    /// Tangential damping.
+    pub gt: f64,
+}
+
+impl Default for CoefficientValues {
+    /// The source paper's driver.
+    fn default() -> Self {
+        Self { kn: 1e6, gn: 60.0, kt: 4e5, gt: 40.0 }
+    }
+}
+
+impl DemP {
+    pub(super) fn check(&self, f: &mut Faults, soil: &Soil) {
+        if let Some(step) = self.step {
+            f.positive("dem_p.step", step);
+        }
+        let c = &self.coefficients;
+        f.positive("dem_p.coefficients.kn", c.kn);
+        for (path, x) in [("gn", c.gn), ("kt", c.kt), ("gt", c.gt)] {
+            f.not_negative(&format!("dem_p.coefficients.{path}"), x);
+        }
+        f.within("dem_p.rolling_damping", self.rolling_damping, 0.0, 10.0);
+        f.not_negative("dem_p.adhesion_time", self.adhesion_time);
+        f.within("dem_p.adhesion_overlap", self.adhesion_overlap, 0.0, 0.5);
+        f.within("dem_p.skin", self.skin, 0.01, 1.0);
+        f.within("dem_p.expected_overlap", self.expected_overlap, 0.001, 0.4);
+        f.check(
+            self.step_factor > 0.0 && self.step_factor <= 0.5,
+            "dem_p.step_factor",
+            self.step_factor,
+            "above 0, at most 0.5",
+        );
+        if self.law == Law::Flores && self.form == Form::Properties {
+            f.check(soil.restitution > 0.0, "soil.restitution", soil.restitution, "above 0 for the law flores");
+        }
+    }
+}
+
+/// Material of the soil.
+pub const SOIL: usize = 0;
+/// Material of the floor.
+pub const FLOOR: usize = 1;
+/// Material of the side walls.
+pub const WALLS: usize = 2;
+/// Material of the first body.
+pub const FIRST_BODY: usize = 3;
+
+impl Terrain {
+    /// The engine's setup; where `dem_p.step` is null, with 0.8 of the critical step. `surfaces`: friction, restitution,
+    /// Young's modulus and Poisson's ratio of the first bodies, in place of `bodies.surface`.
+    pub fn setup(&self, surfaces: &[[f64; 4]]) -> Setup {
+        let p = &self.dem_p;
+        let c =
+            Coefficients { kn: p.coefficients.kn, gn: p.coefficients.gn, kt: p.coefficients.kt, gt: p.coefficients.gt };
+        let s = &self.soil;
+        let soil = Material {
+            young_modulus: s.young_modulus,
+            poisson_ratio: s.poisson_ratio,
+            restitution: s.restitution,
+            friction: s.friction,
+            rolling_friction: s.rolling_friction,
+            spinning_friction: s.spinning_friction,
+            adhesion: adhesion(s.adhesion),
+            coefficients: c,
+        };
+        let floor = self.bed.floor.map_or(soil, |s| material(&s, c));
+        let walls = self.bed.walls.map_or(Material { adhesion: dem::Adhesion::default(), ..soil }, |s| material(&s, c));
+        let mut materials = vec![soil, floor, walls];
+        materials.extend([material(&self.bodies.surface, c); BODIES]);
+        for (m, &[friction, restitution, young_modulus, poisson_ratio]) in
+            materials[FIRST_BODY..].iter_mut().zip(surfaces)
+        {
+            let surface = Surface { friction, restitution, young_modulus, poisson_ratio, ..self.bodies.surface };
+            *m = material(&surface, c);
+        }
+        let (least, _) = self.radii().range();
+        let mut setup = Setup {
+            step: p.step.unwrap_or(0.0),
+            gravity: self.bed.gravity,
+            materials,
+            overrides: Vec::new(),
+            law: match p.law {
+                Law::Hooke => dem::LawKind::Hooke,
+                Law::HertzMindlin => dem::LawKind::HertzMindlin,
+                Law::Flores => dem::LawKind::Flores,
+                Law::PlainCoulomb => dem::LawKind::PlainCoulomb,
+            },
+            form: match p.form {
+                Form::Properties => dem::Form::Properties,
+                Form::Coefficients => dem::Form::Coefficients,
+            },
+            tangential: match p.tangential {
+                Tangential::None => dem::Tangential::None,
+                Tangential::OneStep => dem::Tangential::OneStep,
+                Tangential::History => dem::Tangential::History,
+            },
+            clamp_normal: p.clamp_normal,
+            rolling_damping: p.rolling_damping,
+            adhesion_time: p.adhesion_time,
+            adhesion_overlap: p.adhesion_overlap * least,
+            walls: Wall::open_box(self.bed.length, self.bed.width, FLOOR, WALLS),
+            skin: p.skin,
+            expected_overlap: p.expected_overlap,
+            step_factor: p.step_factor,
+        };
+        if p.step.is_none() {
+            let lightest = dem::Grain::at([0.0; 3], least, s.density).row();
+            setup.step = 0.8 * dem::limits::critical(&setup, &[lightest]).map_or(1e-5, |c| c.step);
+        }
+        setup
+    }
+
+    /// Radii for the sampler.
+    pub fn radii(&self) -> dem::Radii {
+        match self.soil.radius {
+            Radius::Equal(r) => dem::Radii::Equal(r),
+            Radius::Uniform { least, greatest } => dem::Radii::Uniform(least, greatest),
+        }
+    }
+
+    /// How the bed is made.
+    pub fn recipe(&self) -> Recipe {
+        let b = &self.bed;
+        Recipe {
+            sample: Sample {
+                length: b.length,
+                width: b.width,
+                fill: match b.fill {
+                    Fill::Depth(d) => dem::Fill::Depth(d),
+                    Fill::Count(n) => dem::Fill::Count(n),
+                },
+                radii: self.radii(),
+                density: self.soil.density,
+                material: SOIL,
+                seed: b.seed,
+                spacing: b.spacing,
+            },
+            settle: dem::Settle {
+                energy: b.settle.energy,
+                least_time: b.settle.least_time,
+                most_time: b.settle.most_time,
+            },
+            cohesion_time: b.adhesion_time,
+        }
+    }
+}
+
+fn adhesion(a: super::Adhesion) -> dem::Adhesion {
+    dem::Adhesion { constant: a.constant, dmt: a.dmt, perko: a.perko, pressure: a.pressure }
+}
+
+fn material(s: &Surface, coefficients: Coefficients) -> Material {
+    Material {
+        young_modulus: s.young_modulus,
+        poisson_ratio: s.poisson_ratio,
+        restitution: s.restitution,
+        friction: s.friction,
+        rolling_friction: s.rolling_friction,
+        spinning_friction: s.spinning_friction,
+        adhesion: adhesion(s.adhesion),
+        coefficients,
+    }
+}

@@ -1,0 +1,333 @@
+//! The specification, common to all terrains: `soil`, `bed` and `bodies` are read by every model; `dem_p`, `dem_c`, `scm` and
+//! `rigid` are checked by every model and used by one, so that a study swaps the terrain by changing one attribute.
+//!
+//! [`Terrain`] is what serde reads; [`Terrain::check`] reports every fault at once.
+
+pub mod dem_p;
+mod other;
+
+pub use dem_p::DemP;
+pub use other::{DemC, Rigid, Scm};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use terramech_fmi2::UnitError;
+use terramech_fmi2::specification::Faults;
+
+/// Bodies that a terrain takes.
+pub const BODIES: usize = 8;
+
+/// Terrain: soil in a box, and bodies in it. SI units; x forward, y left, z up; the floor of the box is at z = 0 and its
+/// centre at x = y = 0.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Terrain {
+    /// The soil's grains.
+    pub soil: Soil,
+    /// The box and what is in it.
+    pub bed: Bed,
+    /// Surface of bodies that do not say their own.
+    pub bodies: Bodies,
+    /// Penalty granular model: used by terrain_dem_p.
+    pub dem_p: DemP,
+    /// Complementarity granular model: used by terrain_dem_c.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dem_c: Option<DemC>,
+    /// Soil contact model: used by terrain_scm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scm: Option<Scm>,
+    /// Rigid ground: used by terrain_rigid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rigid: Option<Rigid>,
+}
+
+/// Material and size of the grains.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Soil {
+    /// Radii of the grains.
+    pub radius: Radius,
+    /// Density of a grain [kg/m3], which is the bulk density over the packing fraction.
+    pub density: f64,
+    /// Coulomb friction between grains [1].
+    pub friction: f64,
+    /// Coefficient of restitution, 0 to 1 [1].
+    pub restitution: f64,
+    /// Young's modulus [Pa]. Usually far below the mineral's, so that the step can be large: overlaps of 1 % of the radius
+    /// do no harm.
+    pub young_modulus: f64,
+    /// Poisson's ratio, above -1, at most 0.5 [1].
+    pub poisson_ratio: f64,
+    /// Rolling friction: limit torque over effective radius and normal force [1].
+    pub rolling_friction: f64,
+    /// Spinning (torsional) friction, likewise [1].
+    pub spinning_friction: f64,
+    /// What pulls grains together.
+    pub adhesion: Adhesion,
+}
+
+impl Default for Soil {
+    fn default() -> Self {
+        Self {
+            radius: Radius::Uniform { least: 0.0054, greatest: 0.0066 },
+            density: 2500.0,
+            friction: 0.7,
+            restitution: 0.2,
+            young_modulus: 2e6,
+            poisson_ratio: 0.3,
+            rolling_friction: 0.1,
+            spinning_friction: 0.05,
+            adhesion: Adhesion::default(),
+        }
+    }
+}
+
+/// Radii of the grains.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Radius {
+    /// All the same [m].
+    Equal(f64),
+    /// Uniformly distributed between two radii.
+    Uniform {
+        /// Least [m].
+        least: f64,
+        /// Greatest [m].
+        greatest: f64,
+    },
+}
+
+/// Adhesion, the sum of its kinds. The least of the two materials holds for a pair.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Adhesion {
+    /// Cohesive pressure p [Pa]: a pull of pi r^2 p per contact.
+    pub pressure: f64,
+    /// Constant pull per contact [N].
+    pub constant: f64,
+    /// Derjaguin-Muller-Toporov: pull over sqrt(R*) [N/m^0.5].
+    pub dmt: f64,
+    /// Perko: pull over R* [N/m].
+    pub perko: f64,
+}
+
+/// The box, and how it is filled.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Bed {
+    /// Length of the box along x [m].
+    pub length: f64,
+    /// Width of the box along y [m].
+    pub width: f64,
+    /// How much soil.
+    pub fill: Fill,
+    /// Seed of the random placing: another one gives another bed of the same kind.
+    pub seed: u64,
+    /// Spacing of the grid that grains are poured from, over the largest diameter, 1 to 10 [1]. Larger: more random, longer
+    /// to settle.
+    pub spacing: f64,
+    /// Gravity x, y, z [m/s2].
+    pub gravity: [f64; 3],
+    /// Surface of the four side walls; null: as the soil, without adhesion.
+    pub walls: Option<Surface>,
+    /// Surface of the floor; null: as the soil.
+    pub floor: Option<Surface>,
+    /// When the bed counts as settled.
+    pub settle: Settle,
+    /// Time over which adhesion grows once the bed rests [s]. Poured with it, grains would hang in loose clumps; the bed
+    /// contracts as it grows, which the log reports.
+    pub adhesion_time: f64,
+}
+
+impl Default for Bed {
+    fn default() -> Self {
+        Self {
+            length: 0.4,
+            width: 0.15,
+            fill: Fill::Depth(0.06),
+            seed: 1,
+            spacing: 1.05,
+            gravity: [0.0, 0.0, -9.81],
+            walls: None,
+            floor: None,
+            settle: Settle::default(),
+            adhesion_time: 0.1,
+        }
+    }
+}
+
+/// How much soil: one of the two.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Fill {
+    /// Depth of the settled bed [m]: it is filled to a little more, settled and levelled off.
+    Depth(f64),
+    /// Number of grains.
+    Count(usize),
+}
+
+/// Surface of a wall or body in contact with grains.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Surface {
+    /// Coulomb friction [1]; the lesser of grain and surface holds.
+    pub friction: f64,
+    /// Coefficient of restitution, 0 to 1 [1]; the lesser holds.
+    pub restitution: f64,
+    /// Young's modulus [Pa].
+    pub young_modulus: f64,
+    /// Poisson's ratio [1].
+    pub poisson_ratio: f64,
+    /// Rolling friction [1]; the lesser holds.
+    pub rolling_friction: f64,
+    /// Spinning friction [1]; the lesser holds.
+    pub spinning_friction: f64,
+    /// Adhesion; the lesser holds.
+    pub adhesion: Adhesion,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self {
+            friction: 0.5,
+            restitution: 0.1,
+            young_modulus: 1e7,
+            poisson_ratio: 0.3,
+            rolling_friction: 1.0,
+            spinning_friction: 1.0,
+            adhesion: Adhesion::default(),
+        }
+    }
+}
+
+/// When a bed counts as settled.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settle {
+    /// Mean kinetic energy of the grains, the most energetic hundredth left out, over m g r [1]: 1e-5 is 1.5 mm/s for
+    /// r 12 mm.
+    pub energy: f64,
+    /// Not before this time [s]: grains begin at rest and must fall first.
+    pub least_time: f64,
+    /// Give up after this time [s].
+    pub most_time: f64,
+}
+
+impl Default for Settle {
+    fn default() -> Self {
+        Self { energy: 1e-5, least_time: 0.05, most_time: 5.0 }
+    }
+}
+
+/// Bodies in the soil.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Bodies {
+    /// Surface of a body; the parameters `body[k].material.*`, where they are set, replace its first four values.
+    pub surface: Surface,
+}
+
+impl Terrain {
+    /// Every fault at once.
+    ///
+    /// # Errors
+    /// [`UnitError::Input`] naming each value by its JSON path.
+    pub fn check(&self, origin: &str) -> Result<(), UnitError> {
+        let mut f = Faults::new();
+        self.soil.check(&mut f);
+        self.bed.check(&mut f, &self.soil);
+        self.bodies.surface.check(&mut f, "bodies.surface");
+        self.dem_p.check(&mut f, &self.soil);
+        if let Some(x) = &self.dem_c {
+            x.check(&mut f);
+        }
+        if let Some(x) = &self.scm {
+            x.check(&mut f);
+        }
+        if let Some(x) = &self.rigid {
+            x.check(&mut f);
+        }
+        f.into_result(origin)
+    }
+}
+
+impl Soil {
+    fn check(&self, f: &mut Faults) {
+        let (least, greatest) = match self.radius {
+            Radius::Equal(r) => (r, r),
+            Radius::Uniform { least, greatest } => (least, greatest),
+        };
+        f.positive("soil.radius", least);
+        f.check(
+            greatest.is_finite() && greatest >= least && greatest <= 20.0 * least,
+            "soil.radius.uniform.greatest",
+            greatest,
+            "from the least radius to 20 times that",
+        );
+        f.positive("soil.density", self.density);
+        let s = Surface {
+            friction: self.friction,
+            restitution: self.restitution,
+            young_modulus: self.young_modulus,
+            poisson_ratio: self.poisson_ratio,
+            rolling_friction: self.rolling_friction,
+            spinning_friction: self.spinning_friction,
+            adhesion: self.adhesion,
+        };
+        s.check(f, "soil");
+    }
+}
+
+impl Surface {
+    fn check(&self, f: &mut Faults, path: &str) {
+        let at = |name: &str| format!("{path}.{name}");
+        f.within(&at("friction"), self.friction, 0.0, 100.0);
+        f.within(&at("restitution"), self.restitution, 0.0, 1.0);
+        f.positive(&at("young_modulus"), self.young_modulus);
+        f.check(
+            self.poisson_ratio > -1.0 && self.poisson_ratio <= 0.5,
+            &at("poisson_ratio"),
+            self.poisson_ratio,
+            "above -1, at most 0.5",
+        );
+        f.within(&at("rolling_friction"), self.rolling_friction, 0.0, 100.0);
+        f.within(&at("spinning_friction"), self.spinning_friction, 0.0, 100.0);
+        let a = &self.adhesion;
+        for (name, x) in [("pressure", a.pressure), ("constant", a.constant), ("dmt", a.dmt), ("perko", a.perko)] {
+            f.not_negative(&at(&format!("adhesion.{name}")), x);
+        }
+    }
+}
+
+impl Bed {
+    fn check(&self, f: &mut Faults, soil: &Soil) {
+        let greatest = match soil.radius {
+            Radius::Equal(r) | Radius::Uniform { greatest: r, .. } => r,
+        };
+        for (path, x) in [("bed.length", self.length), ("bed.width", self.width)] {
+            let allowed = format!("a finite number of at least two diameters, {} m", 4.0 * greatest);
+            f.check(x.is_finite() && x >= 4.0 * greatest, path, x, &allowed);
+        }
+        match self.fill {
+            Fill::Depth(d) => f.positive("bed.fill.depth", d),
+            Fill::Count(n) => f.check((1..=50_000_000).contains(&n), "bed.fill.count", n, "1 to 50000000"),
+        }
+        f.within("bed.spacing", self.spacing, 1.0, 10.0);
+        let g = self.gravity;
+        f.check(g.iter().all(|x| x.is_finite()) && g[2] < 0.0, "bed.gravity", format!("{g:?}"), "finite, z below 0");
+        for (path, s) in [("bed.walls", &self.walls), ("bed.floor", &self.floor)] {
+            if let Some(s) = s {
+                s.check(f, path);
+            }
+        }
+        f.positive("bed.settle.energy", self.settle.energy);
+        f.not_negative("bed.settle.least_time", self.settle.least_time);
+        f.check(
+            self.settle.most_time.is_finite() && self.settle.most_time > self.settle.least_time,
+            "bed.settle.most_time",
+            self.settle.most_time,
+            "finite, above least_time",
+        );
+        f.not_negative("bed.adhesion_time", self.adhesion_time);
+    }
+}

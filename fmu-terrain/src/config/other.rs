@@ -1,0 +1,110 @@
+//! Blocks of models that are not `terrain_dem_p`: read and checked by it all the same, so that one file serves all.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use terramech_fmi2::specification::Faults;
+
+/// Complementarity granular model.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DemC {
+    /// Inner step [s].
+    pub step: f64,
+    /// Iterations of the cone solver per step.
+    pub iterations: u32,
+}
+
+impl Default for DemC {
+    fn default() -> Self {
+        Self { step: 1e-3, iterations: 100 }
+    }
+}
+
+/// Soil contact model (Bekker, Janosi).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scm {
+    /// Grid spacing [m].
+    pub spacing: f64,
+    /// Bekker K_phi [N/m^(n+2)].
+    pub k_phi: f64,
+    /// Bekker K_c [N/m^(n+1)].
+    pub k_c: f64,
+    /// Bekker exponent n [1].
+    pub n: f64,
+    /// Cohesion [Pa].
+    pub cohesion: f64,
+    /// Friction angle [rad].
+    pub friction_angle: f64,
+    /// Janosi shear displacement [m].
+    pub janosi: f64,
+    /// Elastic stiffness of unloading [Pa/m].
+    pub elastic: f64,
+    /// Damping [Pa s/m].
+    pub damping: f64,
+}
+
+impl Default for Scm {
+    /// A soft soil: the co-simulation demos' values.
+    fn default() -> Self {
+        Self {
+            spacing: 0.02,
+            k_phi: 2e6,
+            k_c: 0.0,
+            n: 1.1,
+            cohesion: 0.0,
+            friction_angle: std::f64::consts::FRAC_PI_6,
+            janosi: 0.01,
+            elastic: 4e7,
+            damping: 3e4,
+        }
+    }
+}
+
+/// Rigid ground.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Rigid {
+    /// Height of the ground [m].
+    pub height: f64,
+    /// Coulomb friction [1].
+    pub friction: f64,
+}
+
+impl Default for Rigid {
+    fn default() -> Self {
+        Self { height: 0.0, friction: 0.9 }
+    }
+}
+
+impl DemC {
+    pub(super) fn check(&self, f: &mut Faults) {
+        f.positive("dem_c.step", self.step);
+        f.check(self.iterations >= 1, "dem_c.iterations", self.iterations, "at least 1");
+    }
+}
+
+impl Scm {
+    pub(super) fn check(&self, f: &mut Faults) {
+        for (path, x) in [
+            ("scm.spacing", self.spacing),
+            ("scm.k_phi", self.k_phi),
+            ("scm.n", self.n),
+            ("scm.janosi", self.janosi),
+            ("scm.elastic", self.elastic),
+        ] {
+            f.positive(path, x);
+        }
+        for (path, x) in [("scm.k_c", self.k_c), ("scm.cohesion", self.cohesion), ("scm.damping", self.damping)] {
+            f.not_negative(path, x);
+        }
+        f.within("scm.friction_angle", self.friction_angle, 0.0, 1.5);
+    }
+}
+
+impl Rigid {
+    pub(super) fn check(&self, f: &mut Faults) {
+        f.check(self.height.is_finite(), "rigid.height", self.height, "a finite number");
+        f.not_negative("rigid.friction", self.friction);
+    }
+}

@@ -1,0 +1,52 @@
+//! Outputs that are computed when they are read.
+
+use crate::config::Terrain;
+use crate::dem::grains::{R, V, vec_at};
+use crate::dem::{DemState, Surface};
+use crate::variables::Variables;
+use terramech_fmi2::{UnitError, Values, Var};
+
+/// Writes one of the arrays `grain.*`, by grain number: a recorder asks for one after the other.
+pub fn grain(v: &mut Values, vars: &Variables, state: &DemState, vr: u32) {
+    let order = state.by_id();
+    let rows = || order.iter().map(|&i| &state.rows[i as usize]);
+    if vr == vars.grain_id.vr() {
+        let id = v.integers_mut(vars.grain_id);
+        id.clear();
+        id.extend(order.iter().map(|&i| state.ids[i as usize] as i32));
+    } else if vr == vars.grain_position.vr() {
+        fill(v.reals_mut(vars.grain_position), rows().flat_map(|r| vec_at(r, 0)));
+    } else if vr == vars.grain_velocity.vr() {
+        fill(v.reals_mut(vars.grain_velocity), rows().flat_map(|r| vec_at(r, V)));
+    } else if vr == vars.grain_radius.vr() {
+        fill(v.reals_mut(vars.grain_radius), rows().map(|r| r[R]));
+    } else if vr == vars.grain_force.vr() {
+        fill(v.reals_mut(vars.grain_force), order.iter().flat_map(|&i| state.force[i as usize]));
+    }
+}
+
+/// Writes the arrays `probe.*`.
+///
+/// # Errors
+/// A number of reals that is no multiple of 3.
+pub fn probes(v: &mut Values, vars: &Variables, state: &DemState, spec: &Terrain) -> Result<(), UnitError> {
+    let points = v.reals(vars.probe_position);
+    if !points.len().is_multiple_of(3) {
+        return Err(UnitError::input(format!(
+            "probe.position has {} values; allowed: three for each point",
+            points.len()
+        )));
+    }
+    let points: Vec<[f64; 2]> = points.chunks_exact(3).map(|p| [p[0], p[1]]).collect();
+    let surface = Surface::of(state, spec.bed.length, spec.bed.width);
+    fill(v.reals_mut(vars.probe_height), points.iter().map(|p| surface.at(p[0], p[1]).unwrap_or(0.0)));
+    let up = [0.0, 0.0, 1.0];
+    fill(v.reals_mut(vars.probe_normal), points.iter().flat_map(|p| surface.normal(p[0], p[1]).unwrap_or(up)));
+    fill(v.reals_mut(vars.probe_friction), points.iter().map(|_| spec.soil.friction));
+    Ok(())
+}
+
+fn fill(to: &mut Vec<f64>, from: impl Iterator<Item = f64>) {
+    to.clear();
+    to.extend(from);
+}

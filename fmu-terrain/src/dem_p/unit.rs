@@ -1,0 +1,275 @@
+//! The unit: the engine behind the interface.
+
+use super::bed_file::{self, BedFile};
+use super::bodies::{self, Kind, Slot};
+use super::outputs;
+use crate::config::{BODIES, Terrain};
+use crate::dem::{self, BedReport, Body, CpuEngine, DemState, GrainEngine, limits};
+use crate::error::unit_error;
+use crate::variables::Variables;
+use serde::{Deserialize, Serialize};
+use terramech_fmi2::{Host, LogCategory, Stage, Step, Unit, UnitError, Values, Var, specification, state};
+
+/// Granular soil.
+///
+/// In a step from t to t + H the bodies move on from their inputs at t by their velocities; what the grains do to them is
+/// summed at every inner step and handed out as means over H.
+pub struct DemPUnit {
+    vars: Variables,
+    own: Own,
+    spec: Option<Terrain>,
+    engine: Option<CpuEngine>,
+    /// Bodies as the inputs say, and the triangles their meshes were made from: remade after a restore.
+    bodies: Vec<Body>,
+    triangles: Vec<Vec<i32>>,
+    /// Longest inner step [s].
+    longest: f64,
+}
+
+/// Everything that is saved beside the engine's state.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Own {
+    /// The specification as JSON.
+    specification: String,
+    origin: String,
+    report: Option<BedReport>,
+    slots: Vec<Slot>,
+    /// Surfaces of the bodies, once initialization is over.
+    surfaces: Vec<[f64; 4]>,
+}
+
+#[derive(Serialize)]
+struct Save<'a> {
+    own: &'a Own,
+    state: Option<&'a DemState>,
+}
+
+#[derive(Deserialize)]
+struct Restore {
+    own: Own,
+    state: Option<DemState>,
+}
+
+const LOCKED: &str = "the bed has been made with it";
+
+impl DemPUnit {
+    /// A fresh instance.
+    pub fn new(vars: Variables) -> Self {
+        let bodies = (0..BODIES).map(bodies::absent).collect();
+        let triangles = vec![Vec::new(); BODIES];
+        Self { vars, own: Own::default(), spec: None, engine: None, bodies, triangles, longest: 0.0 }
+    }
+
+    fn spec(&self) -> Result<&Terrain, UnitError> {
+        self.spec
+            .as_ref()
+            .ok_or_else(|| UnitError::input("the specification has not been read: initialization mode comes first"))
+    }
+
+    /// The bed, made now if it is not there yet.
+    fn bed(&mut self, v: &mut Values, host: &Host) -> Result<&mut CpuEngine, UnitError> {
+        if self.engine.is_none() {
+            self.make_bed(v, host)?;
+        }
+        self.engine.as_mut().ok_or_else(|| UnitError::input("the bed has not been made"))
+    }
+
+    fn make_bed(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
+        let spec = self.spec()?.clone();
+        let threads = v[self.vars.common.threads].max(1) as usize;
+        let load = v.string(self.vars.bed_load).to_string();
+        let (engine, report) = if load.is_empty() {
+            let mut progress = |phase: &str, done: f64| host.progress(phase, done).is_ok();
+            dem::prepare(spec.setup(&[]), &spec.recipe(), threads, &mut progress).map_err(|e| unit_error(e, false))?
+        } else {
+            let file = bed_file::read(&load, &spec)?;
+            let setup = spec.setup(&[]);
+            limits::check_rows(&setup, &file.state.rows).map_err(|e| unit_error(e, false))?;
+            let engine = CpuEngine::with_state(setup, file.state, threads).map_err(|e| unit_error(e, false))?;
+            (engine, file.report)
+        };
+        let BedReport { grains, height, cohesion_change, time, energy } = report;
+        let made = if load.is_empty() { format!("settled in {time:.3} s") } else { format!("loaded from {load}") };
+        host.log(
+            LogCategory::Info,
+            &format!(
+                "bed of {grains} grains, {made}: height {height:.5} m, kinetic energy {energy:.2e} J per grain, inner step \
+                 {:.3e} s, {} threads",
+                engine.setup().step,
+                threads
+            ),
+        );
+        if cohesion_change != 0.0 {
+            host.log(LogCategory::Info, &format!("its surface moved by {cohesion_change:.5} m as adhesion grew"));
+        }
+        let save = v.string(self.vars.bed_save).to_string();
+        if !save.is_empty() {
+            let specification = self.own.specification.clone();
+            bed_file::write(&save, &BedFile { specification, report, state: engine.state().clone() })?;
+            host.log(LogCategory::Info, &format!("bed written to {save}"));
+        }
+        self.engine = Some(engine);
+        self.own.report = Some(report);
+        let c = self.vars.common;
+        v.lock([c.threads.vr(), self.vars.bed_load.vr(), self.vars.bed_save.vr()], LOCKED);
+        v[self.vars.height] = height;
+        v[self.vars.grain_count] = i32::try_from(grains).unwrap_or(i32::MAX);
+        Ok(())
+    }
+
+    /// Reads kinds, surfaces and rigid meshes, once.
+    fn take_bodies(&mut self, v: &mut Values) -> Result<(), UnitError> {
+        let s = self.spec()?.bodies.surface;
+        let given = [s.friction, s.restitution, s.young_modulus, s.poisson_ratio];
+        let (mut slots, mut surfaces) = (Vec::new(), Vec::new());
+        for (k, vars) in self.vars.body.iter().enumerate() {
+            let mut slot = Slot { kind: bodies::kind(v, vars, k)?, ..Slot::default() };
+            if slot.kind == Kind::RigidMesh {
+                slot.mesh = Some(bodies::take_rigid_mesh(v, vars, k)?);
+            }
+            let mut surface = given;
+            for (value, var) in surface.iter_mut().zip(vars.material) {
+                if v.take_changed(var) {
+                    *value = v[var];
+                }
+            }
+            surfaces.push(surface);
+            slots.push(slot);
+        }
+        (self.own.slots, self.own.surfaces) = (slots, surfaces);
+        Ok(())
+    }
+
+    /// Brings all bodies to their communication point.
+    fn place_bodies(&mut self, v: &mut Values) -> Result<(), UnitError> {
+        for (k, vars) in self.vars.body.iter().enumerate() {
+            let slot = &mut self.own.slots[k];
+            let set = |v: &mut Values| vars.state.position.iter().any(|&p| v.take_changed(p));
+            slot.centre_given |= slot.kind == Kind::Mesh && set(v);
+            bodies::place(v, vars, slot, &mut self.bodies[k], &mut self.triangles[k], k)?;
+        }
+        Ok(())
+    }
+
+    fn on_demand(&mut self, v: &mut Values, host: &Host, vr: u32) -> Result<(), UnitError> {
+        self.bed(v, host)?;
+        let (Some(engine), Some(spec)) = (&self.engine, &self.spec) else { return Ok(()) };
+        let (vars, state) = (&self.vars, engine.state());
+        let grain = [vars.grain_position, vars.grain_velocity, vars.grain_radius, vars.grain_force];
+        if vr == vars.grain_id.vr() || grain.iter().any(|g| g.vr() == vr) {
+            outputs::grain(v, vars, state, vr);
+        } else if [vars.probe_height, vars.probe_normal, vars.probe_friction].iter().any(|p| p.vr() == vr) {
+            outputs::probes(v, vars, state, spec)?;
+        } else if vr == vars.kinetic_energy.vr() {
+            v[vars.kinetic_energy] = state.kinetic_energy();
+        } else if vr == vars.dissipated_energy.vr() {
+            v[vars.dissipated_energy] = engine.dissipated(&self.bodies);
+        } else if vr == vars.contact_count.vr() {
+            v[vars.contact_count] = (state.grain_contacts() + state.boundary_contacts()) as i32;
+        }
+        Ok(())
+    }
+}
+
+impl Unit for DemPUnit {
+    fn enter_initialization(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
+        let default = super::default_specification();
+        let given = specification::load::<Terrain>(v.string(self.vars.common.specification), &default, host)?;
+        given.value.check(&given.origin)?;
+        // The critical step is known without a bed: say it before minutes of settling.
+        let (least, _) = given.value.radii().range();
+        let lightest = dem::Grain::at([0.0; 3], least, given.value.soil.density);
+        let setup = given.value.setup(&[]);
+        limits::check(&setup, &[lightest]).map_err(|e| UnitError::input(format!("{}: {e}", given.origin)))?;
+        self.own = Own {
+            specification: serde_json::to_string(&given.value)
+                .map_err(|e| UnitError::input(format!("{}: {e}", given.origin)))?,
+            origin: given.origin,
+            slots: vec![Slot::default(); BODIES],
+            ..Own::default()
+        };
+        self.spec = Some(given.value);
+        self.longest = setup.step;
+        v.lock([self.vars.common.specification.vr()], "it was read when initialization mode began");
+        Ok(())
+    }
+
+    fn refresh(&mut self, v: &mut Values, host: &Host, vr: u32, stage: Stage) -> Result<(), UnitError> {
+        let vars = &self.vars;
+        if stage == Stage::Initialization && (vr == vars.height.vr() || vr == vars.grain_count.vr()) {
+            self.bed(v, host)?;
+            return Ok(());
+        }
+        if vr >= vars.probe_height.vr() {
+            self.on_demand(v, host, vr)?;
+        }
+        Ok(())
+    }
+
+    fn exit_initialization(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
+        self.bed(v, host)?;
+        self.take_bodies(v)?;
+        let setup = self.spec()?.setup(&self.own.surfaces);
+        self.longest = setup.step;
+        self.bed(v, host)?
+            .set_setup(setup)
+            .map_err(|e| UnitError::input(format!("with the surfaces of the bodies: {}", unit_error(e, false))))?;
+        // Faults of meshes that are there already are told now.
+        self.place_bodies(v)
+    }
+
+    fn step(&mut self, v: &mut Values, host: &Host, step: Step) -> Result<(), UnitError> {
+        self.place_bodies(v)?;
+        // Equal inner steps that fill the communication step; the allowance is for its round-off.
+        let count = (step.size / self.longest - 1e-9).ceil().max(1.0);
+        if count > f64::from(u32::MAX) {
+            return Err(UnitError::input(format!(
+                "a communication step of {} s would take {count:.0} inner steps",
+                step.size
+            )));
+        }
+        self.bodies.iter_mut().for_each(Body::clear);
+        self.bed(v, host)?;
+        let Some(engine) = &mut self.engine else { return Ok(()) };
+        engine
+            .set_step(step.size / count)
+            .and_then(|()| engine.advance(count as u32, &mut self.bodies))
+            .map_err(|e| unit_error(e, true))?;
+        for ((body, vars), slot) in self.bodies.iter().zip(&self.vars.body).zip(&self.own.slots) {
+            if slot.kind != Kind::None {
+                bodies::publish(v, vars, body, step.size);
+            }
+        }
+        v[self.vars.inner_steps] = count.min(f64::from(i32::MAX)) as i32;
+        Ok(())
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, UnitError> {
+        state::to_bytes(&Save { own: &self.own, state: self.engine.as_ref().map(|e| e.state()) })
+    }
+
+    fn restore(&mut self, v: &mut Values, bytes: &[u8]) -> Result<(), UnitError> {
+        let Restore { own, state } = state::from_bytes(bytes)?;
+        self.spec = match own.specification.as_str() {
+            "" => None,
+            text => Some(specification::parse(text, &own.origin)?),
+        };
+        self.own = own;
+        self.bodies = (0..BODIES).map(bodies::absent).collect();
+        self.triangles = vec![Vec::new(); BODIES];
+        self.engine = None;
+        if let Some(spec) = &self.spec {
+            let setup = spec.setup(&self.own.surfaces);
+            self.longest = setup.step;
+            if let Some(state) = state {
+                let threads = v[self.vars.common.threads].max(1) as usize;
+                self.engine = Some(CpuEngine::with_state(setup, state, threads).map_err(|e| unit_error(e, false))?);
+                // Faultless when it was saved.
+                if !self.own.surfaces.is_empty() {
+                    self.place_bodies(v)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,222 @@
+//! Variables, the same for all terrains: the one source of their `modelDescription.xml`.
+
+use crate::config::BODIES;
+use terramech_fmi2::variables::{CommonVars, StateVars, WrenchVars};
+use terramech_fmi2::{IntegerArrayVar, IntegerVar, RealArrayVar, RealVar, StringVar, Table, Var};
+
+/// Handles of one body.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyVars {
+    /// `none`, `mesh`, `rigid_mesh` or `cylinder`.
+    pub shape: StringVar,
+    /// In: vertices [m].
+    pub position: RealArrayVar,
+    /// In: their velocities [m/s].
+    pub velocity: RealArrayVar,
+    /// In: triangles.
+    pub triangle: IntegerArrayVar,
+    /// In: state of a rigid mesh or cylinder; of a mesh, where its position is set, the point the wrench is about.
+    pub state: StateVars,
+    /// Radius of a cylinder [m].
+    pub radius: RealVar,
+    /// Width of a cylinder [m].
+    pub width: RealVar,
+    /// Friction, restitution, Young's modulus, Poisson's ratio.
+    pub material: [RealVar; 4],
+    /// Out: vertices with a force.
+    pub contact_index: IntegerArrayVar,
+    /// Out: forces on them [N].
+    pub contact_force: RealArrayVar,
+    /// Out: total force and moment about the body's centre.
+    pub wrench: WrenchVars,
+}
+
+/// Handles of all variables.
+#[derive(Clone, Debug)]
+pub struct Variables {
+    /// `specification`, `threads`.
+    pub common: CommonVars,
+    /// File of a settled bed to start from.
+    pub bed_load: StringVar,
+    /// File to write the settled bed to.
+    pub bed_save: StringVar,
+    /// Bodies.
+    pub body: Vec<BodyVars>,
+    /// Height of the settled bed [m].
+    pub height: RealVar,
+    /// In: points x, y, z [m].
+    pub probe_position: RealArrayVar,
+    /// Out: height there [m].
+    pub probe_height: RealArrayVar,
+    /// Out: upward unit normal there.
+    pub probe_normal: RealArrayVar,
+    /// Out: friction there.
+    pub probe_friction: RealArrayVar,
+    /// Out: grain numbers.
+    pub grain_id: IntegerArrayVar,
+    /// Out: positions [m].
+    pub grain_position: RealArrayVar,
+    /// Out: velocities [m/s].
+    pub grain_velocity: RealArrayVar,
+    /// Out: radii [m].
+    pub grain_radius: RealArrayVar,
+    /// Out: net contact forces [N].
+    pub grain_force: RealArrayVar,
+    /// Out: kinetic energy of the grains [J].
+    pub kinetic_energy: RealVar,
+    /// Out: energy turned into heat since the bed was made [J].
+    pub dissipated_energy: RealVar,
+    /// Out: contacts.
+    pub contact_count: IntegerVar,
+    /// Out: grains.
+    pub grain_count: IntegerVar,
+    /// Out: inner steps of the last communication step.
+    pub inner_steps: IntegerVar,
+}
+
+/// Declares the table.
+pub fn declare() -> (Table, Variables) {
+    let mut t = Table::new();
+    let common = t.common_parameters();
+    let bed_load = t.parameter_string(
+        "bed_load",
+        "",
+        "Absolute path of a settled bed to start from instead of settling one; empty for none",
+    );
+    let bed_save = t.parameter_string("bed_save", "", "Absolute path to write the settled bed to; empty for none");
+    t.not_in_state(bed_load);
+    t.not_in_state(bed_save);
+    let body = (1..=BODIES).map(|k| body(&mut t, k)).collect();
+    let height = t.output_real(
+        "height",
+        "m",
+        "Height of the settled bed: mean over square cells two mean diameters wide of the highest point of a grain in each",
+    );
+    t.depends_initially(height, &[common.specification.vr(), bed_load.vr()]);
+    let probe_position =
+        t.input_real_array("probe.position", "m", "Points to probe, x0, y0, z0, x1, ... (z is not used)");
+    let probe_height =
+        t.output_real_array("probe.height", "m", "Height of the ground at each point now; 0 outside the box");
+    let probe_normal =
+        t.output_real_array("probe.normal", "1", "Upward unit normal of the ground at each point, x0, y0, z0, x1, ...");
+    let probe_friction =
+        t.output_real_array("probe.friction", "1", "Coefficient of friction of the ground at each point");
+    for v in [probe_height, probe_normal, probe_friction] {
+        t.on_demand(v);
+        t.depends_initially(v, &[common.specification.vr(), bed_load.vr(), probe_position.vr()]);
+    }
+    let grain_id =
+        t.output_integer_array("grain.id", "Numbers of the grains, ascending: the order of all grain arrays");
+    let grain_position = t.output_real_array("grain.position", "m", "Positions of the grains");
+    let grain_velocity = t.output_real_array("grain.velocity", "m/s", "Velocities of the grains");
+    let grain_radius = t.output_real_array("grain.radius", "m", "Radii of the grains");
+    let grain_force = t.output_real_array(
+        "grain.force",
+        "N",
+        "Net contact force on each grain at the last inner step of the last communication step",
+    );
+    t.on_demand(grain_id);
+    t.depends_initially(grain_id, &[common.specification.vr(), bed_load.vr()]);
+    for v in [grain_position, grain_velocity, grain_radius, grain_force] {
+        t.on_demand(v);
+        t.depends_initially(v, &[common.specification.vr(), bed_load.vr()]);
+    }
+    let kinetic_energy = t.output_real("kinetic_energy", "J", "Kinetic energy of all grains, rotation included");
+    let dissipated_energy = t.output_real(
+        "dissipated_energy",
+        "J",
+        "Energy turned into heat since the bed was made: work of the bodies less the change of kinetic, potential and \
+         elastic energy",
+    );
+    let contact_count = t.output_integer("contact_count", "Contacts of grains with grains, walls and bodies");
+    let grain_count = t.output_integer("grain_count", "Number of grains");
+    let inner_steps = t.output_integer("inner_steps", "Inner steps of the last communication step");
+    for v in [kinetic_energy, dissipated_energy] {
+        t.on_demand(v);
+        t.depends_initially(v, &[common.specification.vr(), bed_load.vr()]);
+    }
+    t.on_demand(contact_count);
+    for v in [contact_count, grain_count] {
+        t.depends_initially(v, &[common.specification.vr(), bed_load.vr()]);
+    }
+    let vars = Variables {
+        common,
+        bed_load,
+        bed_save,
+        body,
+        height,
+        probe_position,
+        probe_height,
+        probe_normal,
+        probe_friction,
+        grain_id,
+        grain_position,
+        grain_velocity,
+        grain_radius,
+        grain_force,
+        kinetic_energy,
+        dissipated_energy,
+        contact_count,
+        grain_count,
+        inner_steps,
+    };
+    (t, vars)
+}
+
+fn body(t: &mut Table, k: usize) -> BodyVars {
+    let prefix = format!("body[{k}]");
+    let name = |n: &str| format!("{prefix}.{n}");
+    let shape = t.parameter_string(
+        &name("shape"),
+        "none",
+        "none; mesh: position, velocity and triangle before every step; rigid_mesh: position and triangle once, in the \
+         inertial frame at the state of the end of initialization, then the state; cylinder: state, radius, width, axis along \
+         the body's y",
+    );
+    let position = t.input_real_array(&name("position"), "m", "Vertices, x0, y0, z0, x1, ..., in the inertial frame");
+    let velocity = t.input_real_array(&name("velocity"), "m/s", "Velocities of the vertices, in the inertial frame");
+    let triangle = t.input_integer_array(&name("triangle"), "Vertices of the triangles, counted from 0, wound outward");
+    let state = t.state(&prefix, false, "the body");
+    let radius = t.parameter_real(&name("radius"), 0.0, "m", "Radius of a cylinder");
+    let width = t.parameter_real(&name("width"), 0.0, "m", "Width of a cylinder along its axis");
+    let replaces = "; where it is set, it replaces bodies.surface of the specification";
+    let surface = crate::config::Surface::default();
+    let mut real = |n: &str, start: f64, unit, text: &str| {
+        t.parameter_real(&name(&format!("material.{n}")), start, unit, &format!("{text} of the surface{replaces}"))
+    };
+    let material = [
+        real("friction", surface.friction, "1", "Coefficient of friction"),
+        real("restitution", surface.restitution, "1", "Coefficient of restitution"),
+        real("young_modulus", surface.young_modulus, "Pa", "Young's modulus"),
+        real("poisson_ratio", surface.poisson_ratio, "1", "Poisson's ratio"),
+    ];
+    t.range(radius, Some(0.0), None);
+    t.range(width, Some(0.0), None);
+    t.range(material[0], Some(0.0), Some(100.0));
+    t.range(material[1], Some(0.0), Some(1.0));
+    t.range(material[3], Some(-0.99), Some(0.5));
+    let contact_index = t.output_integer_array(
+        &name("contact.index"),
+        "Vertices with a contact force, counted from 0, ascending, unique",
+    );
+    let contact_force = t.output_real_array(
+        &name("contact.force"),
+        "N",
+        "Forces on these vertices, means over the last communication step, in the inertial frame",
+    );
+    let wrench =
+        t.wrench(&prefix, true, "the body from the soil, about its centre, mean over the last communication step");
+    BodyVars {
+        shape,
+        position,
+        velocity,
+        triangle,
+        state,
+        radius,
+        width,
+        material,
+        contact_index,
+        contact_force,
+        wrench,
+    }
+}
