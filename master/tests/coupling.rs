@@ -111,6 +111,28 @@ fn jacobi_gives_the_bits_of_a_bare_loop_for_any_number_of_threads() {
 }
 
 #[test]
+fn units_that_are_handed_to_other_threads_give_the_same_bits() {
+    // Two units that sleep make it worth while to hand over all units but one, at every step.
+    let slow = [("mode", "slow")];
+    let mass =
+        |set| -> Vec<(&str, &str)> { [("m", "40"), ("k", "150000"), ("d", "0")].into_iter().chain(set).collect() };
+    let first = mass(vec![("x0", "0.01")]);
+    let second = [("m", "400"), ("k", "0"), ("d", "0"), ("cc", "15000"), ("dc", "1000")];
+    let parts = [
+        part("nap", "trouble", &slow),
+        part("first", "mass_first", &first),
+        part("rest", "trouble", &slow),
+        part("second", "mass_second", &second),
+    ];
+    let bench = Bench::new("0.0078125", "0.125", &parts, &WIRES, "");
+    for threads in [2, 4] {
+        let outcome = bench.run(threads);
+        assert!(matches!(outcome.end, End::Done), "{:?}", outcome.end);
+        same_bits(&bench, &bare(&CASE_2, 0.0078125, 16, [1, 1]));
+    }
+}
+
+#[test]
 fn a_unit_may_communicate_at_a_multiple_of_the_base_step() {
     for multiples in [[1, 4], [4, 1]] {
         let bench = bench(&CASE_2, "0.0009765625", "0.25", multiples, "");

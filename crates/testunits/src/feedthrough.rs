@@ -12,6 +12,8 @@ struct Vars {
     string: (StringVar, StringVar),
     specification: StringVar,
     given: StringVar,
+    length: IntegerVar,
+    is_file: BooleanVar,
     threads: IntegerVar,
     got: IntegerVar,
 }
@@ -26,7 +28,9 @@ impl Feedthrough {
         let text = v.string(self.0.string.0).to_owned();
         v.set_string(self.0.string.1, text);
         let text = v.string(self.0.specification).to_owned();
+        v[self.0.is_file] = std::path::Path::new(&text).is_file();
         v.set_string(self.0.given, text);
+        v[self.0.length] = v.string(self.0.string.1).len() as i32;
         v[self.0.got] = v[self.0.threads];
     }
 }
@@ -63,6 +67,8 @@ pub fn model() -> Model {
     let boolean = (t.input_boolean("boolean.in", true, "Boolean"), t.output_boolean("boolean.out", "Boolean"));
     let string = (t.input_string("string.in", "one", "String"), t.output_string("string.out", "String"));
     let given = t.output_string("given.specification", "The specification it was given");
+    let length = t.output_integer("string.length", "Bytes of string.out");
+    let is_file = t.output_boolean("given.is_file", "Whether the specification is the path of a file");
     let got = t.output_integer("given.threads", "The threads it was given");
     t.depends_initially(real.1, &[real.0.vr()]);
     t.depends_initially(integer.1, &[integer.0.vr()]);
@@ -75,6 +81,8 @@ pub fn model() -> Model {
         string,
         specification: common.specification,
         given,
+        length,
+        is_file,
         threads: common.threads,
         got,
     };

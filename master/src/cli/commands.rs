@@ -1,11 +1,13 @@
 //! The commands, from typed arguments to their exit code.
 
 use std::ffi::OsString;
+use std::io::Write;
 
-use super::args::{Args, Check, Command, Run, System};
+use super::args::{Args, Check, Command, Inspect, Run, System};
 use crate::check;
 use crate::check::plan::Plan;
 use crate::fault::Faults;
+use crate::inspect::{self, Form};
 use crate::run::{self, Display, ExitCode, Options, Stop};
 
 /// Carries out a command.
@@ -13,7 +15,7 @@ pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
     match args.command {
         Command::Run(args) => run(&args, words),
         Command::Check(args) => check(&args),
-        Command::Inspect(_) => ExitCode::Input,
+        Command::Inspect(args) => inspect(&args),
     }
 }
 
@@ -62,8 +64,8 @@ fn run(args: &Run, words: &[OsString]) -> ExitCode {
                 eprintln!("{}", run::tell(&outcome.end));
             }
             if !args.quiet {
-                print!("{}", run::closing(&outcome));
-                println!("results in {}", outcome.out.display());
+                let text = format!("{}results in {}\n", run::closing(&outcome), outcome.out.display());
+                let _ = std::io::stdout().lock().write_all(text.as_bytes());
             } else if code != ExitCode::Done {
                 eprintln!("what was recorded is in {}", outcome.out.display());
             }
@@ -82,8 +84,8 @@ fn check(args: &Check) -> ExitCode {
             for note in &plan.notes {
                 eprintln!("note: {note}");
             }
-            println!(
-                "{}: {} units, {} connections, {} array connections; {} steps of {} s to t = {} s: no fault",
+            let text = format!(
+                "{}: {} units, {} connections, {} array connections; {} steps of {} s to t = {} s: no fault\n",
                 plan.name,
                 plan.components.len(),
                 plan.connections.len(),
@@ -92,8 +94,26 @@ fn check(args: &Check) -> ExitCode {
                 plan.clock.step,
                 plan.clock.stop()
             );
+            let _ = std::io::stdout().lock().write_all(text.as_bytes());
             ExitCode::Done
         }
         Err(code) => code,
+    }
+}
+
+fn inspect(args: &Inspect) -> ExitCode {
+    let options = check::Options { fmu_path: args.fmu_path.clone(), need_library: false, ..check::Options::default() };
+    let form = match (args.json, args.mermaid) {
+        (true, _) => Form::Json,
+        (_, true) => Form::Mermaid,
+        _ => Form::Tables,
+    };
+    match inspect::open(&args.path, &options) {
+        Ok(subject) => {
+            // A reader that has gone (`| head`) is no mistake.
+            let _ = std::io::stdout().lock().write_all(inspect::show(&subject, form).as_bytes());
+            ExitCode::Done
+        }
+        Err(faults) => tell(&faults),
     }
 }

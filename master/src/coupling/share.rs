@@ -48,6 +48,6 @@ mod tests {
         assert_eq!(share_threads(8, &[Some(3), None, None], &[1.0, 1.0, 100.0]), [3, 1, 5]);
         assert_eq!(share_threads(2, &[Some(5), None], &[1.0, 1.0]), [5, 1]);
         assert_eq!(share_threads(3, &[None, None], &[1.0, 1.0]), [2, 1]);
-        assert_eq!(share_threads(4, &[None, None], &[0.0, f64::NAN]), [3, 3]);
+        assert_eq!(share_threads(4, &[None, None], &[0.0, f64::NAN]), [1, 1]);
     }
 }

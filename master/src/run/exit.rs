@@ -43,9 +43,11 @@ pub fn code_of_end(end: &End) -> ExitCode {
 pub fn code_of_failure(failure: &Failure) -> ExitCode {
     match failure {
         Failure::Input(_) => ExitCode::Input,
-        // Before initialisation mode a unit can only object to its parameters.
-        Failure::Unit(unit) if unit.time.is_none() => ExitCode::Input,
         Failure::Unit(unit) if unit.error.numerical => ExitCode::Numerical,
+        // Until it has entered initialisation mode a unit has seen nothing but parameters: it can only object to them.
+        Failure::Unit(unit) if unit.time.is_none() || unit.error.call == "fmi2EnterInitializationMode" => {
+            ExitCode::Input
+        }
         Failure::Load(_) | Failure::Unit(_) => ExitCode::Unit,
         Failure::NotFinite { .. } => ExitCode::Numerical,
         Failure::Results(error) if error.is_users_mistake() => ExitCode::Input,

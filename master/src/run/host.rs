@@ -11,6 +11,8 @@ use crate::coupling::Failure;
 use crate::decimal::Clock;
 use crate::loading::{Environment, LogLine};
 
+/// How many warnings are shown on the terminal; a unit may warn at every step.
+const SHOWN_WARNINGS: u64 = 20;
 /// How many base steps pass between two looks at the wall clock, at most.
 const GLANCE: u64 = 16;
 
@@ -20,13 +22,14 @@ pub struct Host {
     stop: Stop,
     /// Simulated time as bits; NaN before there is one.
     time: AtomicU64,
+    warnings: AtomicU64,
 }
 
 impl Host {
     pub fn new(folder: &RunFolder, display: Display, stop: Stop) -> Result<Self, Failure> {
         let log = LogWriter::create(folder)?;
         let time = AtomicU64::new(f64::NAN.to_bits());
-        Ok(Self { log: Mutex::new(log), display: Mutex::new(display), stop, time })
+        Ok(Self { log: Mutex::new(log), display: Mutex::new(display), stop, time, warnings: AtomicU64::new(0) })
     }
 
     fn display(&self) -> MutexGuard<'_, Display> {
@@ -84,7 +87,13 @@ impl Environment for Host {
         self.write(line.unit, line.category, level, line.text);
         // Errors end the run and are told then, with the call they belong to.
         if level == Level::Warning {
-            self.display().message(&format!("{}: warning: {}", line.unit, line.text));
+            match self.warnings.fetch_add(1, Ordering::Relaxed) {
+                n if n < SHOWN_WARNINGS => {
+                    self.display().message(&format!("{}: warning: {}", line.unit, line.text));
+                }
+                SHOWN_WARNINGS => self.display().message("further warnings go to log.jsonl only"),
+                _ => {}
+            }
         }
     }
 
