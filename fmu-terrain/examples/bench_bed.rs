@@ -1,70 +1,170 @@
 //! Speed of the granular engine: grain-steps per second in a settled bed that a wheel drives through.
 //!
-//! `cargo run --release -p fmu-terrain --example bench_bed [grains ...]`; default 20000 100000. Figures depend on what
-//! else the machine does; compare only within one run.
+//! `cargo run --release -p fmu-terrain --example bench_bed -- [--beds DIR] [--threads 1,2] [--json] [grains ...]`;
+//! default 20000 100000 on 1 and 2 threads. `--beds` keeps settled beds, and writes them as data files for LAMMPS too.
+//! Rates are wall-clock; the processor-time rate (grain-steps per second of one processor) is what to compare where
+//! other work runs on the machine. `cargo xtask bench dem` runs this next to LAMMPS.
 
 use fmu_terrain::dem::{
-    Body, Cylinder, Fill, GrainEngine, Material, Radii, Recipe, Sample, Settle, Setup, Wall, prepare,
+    Body, CpuEngine, Cylinder, Fill, Grain, GrainEngine, Material, Radii, Recipe, Sample, Settle, Setup, Surface, Wall,
+    prepare,
 };
+use std::fmt::Write as _;
+use std::path::Path;
 use std::time::Instant;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut sizes: Vec<usize> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
+type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+const RADIUS: f64 = 0.012;
+const DENSITY: f64 = 2500.0;
+
+fn main() -> Outcome<()> {
+    let (mut sizes, mut threads, mut beds, mut json) = (Vec::new(), vec![1, 2], None, false);
+    let mut args = std::env::args().skip(1);
+    while let Some(arg) = args.next() {
+        match arg.as_str() {
+            "--beds" => beds = args.next(),
+            "--json" => json = true,
+            "--threads" => {
+                threads = args.next().unwrap_or_default().split(',').map(str::parse).collect::<Result<_, _>>()?;
+            }
+            n => sizes.push(n.parse().map_err(|e| format!("grains '{n}': {e}"))?),
+        }
+    }
     if sizes.is_empty() {
         sizes = vec![20_000, 100_000];
     }
-    println!("grains  threads  Mgrain-steps/s  per thread  contacts/grain  rebuilt every  bytes/grain");
+    if !json {
+        println!(
+            "grains  threads  Mgrain-steps/s  per processor s  contacts/grain  listed/grain  rebuilt every  bytes/grain"
+        );
+    }
     for n in sizes {
-        bench(n)?;
+        bench(n, &threads, beds.as_deref().map(Path::new), json)?;
     }
     Ok(())
 }
 
-/// The bed of the reference figures: r 12 mm, rho 2500, E 1e7, nu .3, mu .9, e .2, h 4e-5, about 0.3 m deep.
-fn bench(n: usize) -> Result<(), Box<dyn std::error::Error>> {
-    let r: f64 = 0.012;
-    let area = n as f64 * 4.0 / 3.0 * std::f64::consts::PI * r.powi(3) / 0.58 / 0.3;
-    let (length, width) = ((2.5 * area).sqrt(), (area / 2.5).sqrt());
-    let setup =
-        Setup { materials: vec![Material::default()], walls: Wall::open_box(length, width, 0, 0), ..Setup::default() };
-    let sample = Sample {
-        length,
-        width,
-        fill: Fill::Count(n),
-        radii: Radii::Equal(r),
-        density: 2500.0,
-        material: 0,
-        seed: 1,
-        spacing: 1.02,
-    };
-    let settle = Settle { energy: 1e-3, least_time: 0.1, most_time: 2.0 };
-    let (mut engine, report) =
-        prepare(setup.clone(), &Recipe { sample, settle, cohesion_time: 0.0 }, 2, &mut |_, _| true)?;
-    let state = engine.state().clone();
-    for threads in [1, 2] {
-        engine = fmu_terrain::dem::CpuEngine::with_state(setup.clone(), state.clone(), threads)?;
-        // The wheel is pressed in over 0.1 s, then driven at slip 1/3.
+/// Length and width of the reference bed [m]: about 0.3 m deep.
+fn base(n: usize) -> (f64, f64) {
+    let area = n as f64 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3) / 0.58 / 0.3;
+    ((2.5 * area).sqrt(), (area / 2.5).sqrt())
+}
+
+/// The bed of the reference figures: r 12 mm, rho 2500, E 1e7, nu .3, mu .9, e .2, h 4e-5.
+fn setup(n: usize) -> Setup {
+    let (length, width) = base(n);
+    Setup { materials: vec![Material::default()], walls: Wall::open_box(length, width, 0, 0), ..Setup::default() }
+}
+
+fn bench(n: usize, threads: &[usize], beds: Option<&Path>, json: bool) -> Outcome<()> {
+    let (length, width) = base(n);
+    let grains = settled(n, beds)?;
+    for &threads in threads {
+        let mut engine = CpuEngine::new(setup(n), &grains, threads)?;
+        let height = Surface::of(engine.state(), length, width).mean();
+        // The wheel is pressed in over 0.04 s, then driven at slip 1/3.
         let wheel = |centre, vx: f64, vz, w| {
             let cylinder = Cylinder::new(0.4, 0.25, centre, [0.0, 1.0, 0.0], [vx, 0.0, vz], [0.0, w, 0.0]);
             [Body::new(Box::new(cylinder), 0)]
         };
         let x = -0.25 * length;
-        engine.advance(2500, &mut wheel([x, 0.0, report.height + 0.4], 0.0, -0.5, 0.0))?;
-        let mut bodies = wheel([x, 0.0, report.height + 0.35], 1.0, 0.0, 1.5 / 0.4);
+        engine.advance(1000, &mut wheel([x, 0.0, height + 0.4], 0.0, -0.5, 0.0))?;
+        let mut bodies = wheel([x, 0.0, height + 0.38], 1.0, 0.0, 1.5 / 0.4);
         engine.advance(100, &mut bodies)?;
         let (before, steps) = (engine.state().rebuilds, (20_000_000 / n).clamp(50, 2000) as u32);
-        let start = Instant::now();
+        let (start, cpu) = (Instant::now(), cpu_seconds());
         engine.advance(steps, &mut bodies)?;
-        let rate = n as f64 * f64::from(steps) / start.elapsed().as_secs_f64() / 1e6;
+        let work = n as f64 * f64::from(steps) / 1e6;
+        let (rate, per_cpu) = (work / start.elapsed().as_secs_f64(), work / (cpu_seconds() - cpu));
         let s = engine.state();
         let contacts = s.grain_contacts() as f64 / n as f64;
         let every = f64::from(steps) / (s.rebuilds - before).max(1) as f64;
-        let lists: usize = s.slabs.iter().map(|s| s.start.len() * 4 + s.other.len() * 36 + s.roll.len() * 24).sum();
-        let bytes = (s.rows.len() * (128 + 4 + 24 + 64) + lists) / n;
-        println!(
-            "{n:6}  {threads:7}  {rate:14.2}  {:10.2}  {contacts:14.2}  {every:13.1}  {bytes:11}",
-            rate / threads as f64
-        );
+        let listed = s.slabs.iter().map(|s| s.other.len()).sum::<usize>() as f64 / n as f64;
+        let bytes = engine.memory() as f64 / n as f64;
+        if json {
+            println!(
+                "{{\"grains\":{n},\"threads\":{threads},\"rate\":{rate:.4},\"per_cpu\":{per_cpu:.4},\
+                 \"contacts\":{contacts:.4},\"every\":{every:.2},\"bytes\":{bytes:.1}}}"
+            );
+        } else {
+            println!(
+                "{n:6}  {threads:7}  {rate:14.2}  {per_cpu:15.2}  {contacts:14.2}  {listed:12.2}  {every:13.1}  {bytes:11.0}"
+            );
+        }
     }
     Ok(())
+}
+
+/// Grains of the settled bed: from the folder `beds`, or made (and kept there).
+fn settled(n: usize, beds: Option<&Path>) -> Outcome<Vec<Grain>> {
+    let file = beds.map(|dir| dir.join(format!("bed-{n}.f64")));
+    if let Some(bytes) = file.as_ref().and_then(|f| std::fs::read(f).ok()) {
+        let reals: Vec<f64> = bytes.chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().expect("8"))).collect();
+        let grain = |x: &[f64]| Grain {
+            velocity: [x[3], x[4], x[5]],
+            angular_velocity: [x[6], x[7], x[8]],
+            ..Grain::at([x[0], x[1], x[2]], RADIUS, DENSITY)
+        };
+        return Ok(reals.chunks_exact(9).map(grain).collect());
+    }
+    let (length, width) = base(n);
+    let fill = Fill::Count(n);
+    let radii = Radii::Equal(RADIUS);
+    let sample = Sample { length, width, fill, radii, density: DENSITY, material: 0, seed: 1, spacing: 1.02 };
+    let settle = Settle { energy: 1e-3, least_time: 0.1, most_time: 2.0 };
+    let recipe = Recipe { sample, settle, cohesion_time: 0.0 };
+    let (engine, _) = prepare(setup(n), &recipe, 2, &mut |what, done| {
+        eprint!("\r{n} grains: {what} {:3.0} % ", 100.0 * done);
+        true
+    })?;
+    eprintln!();
+    let state = engine.state();
+    let rows: Vec<_> = state.by_id().iter().map(|&i| state.rows[i as usize]).collect();
+    if let (Some(file), Some(dir)) = (&file, beds) {
+        std::fs::create_dir_all(dir)?;
+        let reals = rows.iter().flat_map(|r| [r[0], r[1], r[2], r[4], r[5], r[6], r[8], r[9], r[10]]);
+        std::fs::write(file, reals.flat_map(f64::to_le_bytes).collect::<Vec<_>>())?;
+        std::fs::write(dir.join(format!("bed-{n}.data")), lammps_data(n, &rows)?)?;
+    }
+    Ok(rows
+        .iter()
+        .map(|r| Grain {
+            velocity: [r[4], r[5], r[6]],
+            angular_velocity: [r[8], r[9], r[10]],
+            ..Grain::at([r[0], r[1], r[2]], RADIUS, DENSITY)
+        })
+        .collect())
+}
+
+/// The bed as a LAMMPS data file, `atom_style sphere`.
+fn lammps_data(n: usize, rows: &[[f64; 16]]) -> Outcome<String> {
+    let (length, width) = base(n);
+    let top = rows.iter().fold(0.0_f64, |m, r| m.max(r[2])) + 0.2;
+    let mut text = format!("settled bed\n\n{n} atoms\n1 atom types\n\n");
+    for (axis, [low, high]) in
+        [("x", [-0.5 * length, 0.5 * length]), ("y", [-0.5 * width, 0.5 * width]), ("z", [0.0, top])]
+    {
+        writeln!(text, "{low} {high} {axis}lo {axis}hi")?;
+    }
+    text.push_str("\nAtoms # sphere\n\n");
+    for (k, r) in rows.iter().enumerate() {
+        writeln!(text, "{} 1 {} {DENSITY} {} {} {}", k + 1, 2.0 * RADIUS, r[0], r[1], r[2])?;
+    }
+    text.push_str("\nVelocities\n\n");
+    for (k, r) in rows.iter().enumerate() {
+        writeln!(text, "{} {} {} {} {} {} {}", k + 1, r[4], r[5], r[6], r[8], r[9], r[10])?;
+    }
+    Ok(text)
+}
+
+/// Processor time of all threads of this process [s], to the nanosecond where the kernel tells it.
+fn cpu_seconds() -> f64 {
+    let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return 0.0 };
+    let nanoseconds = |p: std::path::PathBuf| std::fs::read_to_string(p.join("schedstat")).ok();
+    tasks
+        .flatten()
+        .filter_map(|t| nanoseconds(t.path())?.split_whitespace().next()?.parse::<f64>().ok())
+        .sum::<f64>()
+        * 1e-9
 }

@@ -9,23 +9,23 @@ use terramech_fmi2::{IntegerArrayVar, IntegerVar, RealArrayVar, RealVar, StringV
 pub struct BodyVars {
     /// `none`, `mesh`, `rigid_mesh` or `cylinder`.
     pub shape: StringVar,
-    /// In: vertices [m].
+    /// In: vertices (m).
     pub position: RealArrayVar,
-    /// In: their velocities [m/s].
+    /// In: their velocities (m/s).
     pub velocity: RealArrayVar,
     /// In: triangles.
     pub triangle: IntegerArrayVar,
     /// In: state of a rigid mesh or cylinder; of a mesh, where its position is set, the point the wrench is about.
     pub state: StateVars,
-    /// Radius of a cylinder [m].
+    /// Radius of a cylinder (m).
     pub radius: RealVar,
-    /// Width of a cylinder [m].
+    /// Width of a cylinder (m).
     pub width: RealVar,
     /// Friction, restitution, Young's modulus, Poisson's ratio.
     pub material: [RealVar; 4],
     /// Out: vertices with a force.
     pub contact_index: IntegerArrayVar,
-    /// Out: forces on them [N].
+    /// Out: forces on them (N).
     pub contact_force: RealArrayVar,
     /// Out: total force and moment about the body's centre.
     pub wrench: WrenchVars,
@@ -42,11 +42,11 @@ pub struct Variables {
     pub bed_save: StringVar,
     /// Bodies.
     pub body: Vec<BodyVars>,
-    /// Height of the settled bed [m].
+    /// Height of the settled bed (m).
     pub height: RealVar,
-    /// In: points x, y, z [m].
+    /// In: points x, y, z (m).
     pub probe_position: RealArrayVar,
-    /// Out: height there [m].
+    /// Out: height there (m).
     pub probe_height: RealArrayVar,
     /// Out: upward unit normal there.
     pub probe_normal: RealArrayVar,
@@ -54,17 +54,17 @@ pub struct Variables {
     pub probe_friction: RealArrayVar,
     /// Out: grain numbers.
     pub grain_id: IntegerArrayVar,
-    /// Out: positions [m].
+    /// Out: positions (m).
     pub grain_position: RealArrayVar,
-    /// Out: velocities [m/s].
+    /// Out: velocities (m/s).
     pub grain_velocity: RealArrayVar,
-    /// Out: radii [m].
+    /// Out: radii (m).
     pub grain_radius: RealArrayVar,
-    /// Out: net contact forces [N].
+    /// Out: net contact forces (N).
     pub grain_force: RealArrayVar,
-    /// Out: kinetic energy of the grains [J].
+    /// Out: kinetic energy of the grains (J).
     pub kinetic_energy: RealVar,
-    /// Out: energy turned into heat since the bed was made [J].
+    /// Out: energy turned into heat since the bed was made (J).
     pub dissipated_energy: RealVar,
     /// Out: contacts.
     pub contact_count: IntegerVar,

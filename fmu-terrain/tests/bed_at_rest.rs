@@ -46,12 +46,11 @@ fn bed(pressure: f64) -> (CpuEngine, BedReport) {
 fn carried(engine: &CpuEngine, z: f64) -> f64 {
     let mut force = 0.0;
     let height = |i: usize| engine.state().rows[i][2];
-    engine.observe(&[], &mut |i, partner, c| {
-        if let Partner::Grain(j) = partner {
-            if (height(i) > z) != (height(j) > z) {
-                force += if height(i) > z { c.force[2] } else { -c.force[2] };
-            }
+    engine.observe(&[], &mut |i, partner, c| match partner {
+        Partner::Grain(j) if (height(i) > z) != (height(j) > z) => {
+            force += if height(i) > z { c.force[2] } else { -c.force[2] };
         }
+        _ => {}
     });
     force
 }

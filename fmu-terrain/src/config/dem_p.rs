@@ -10,7 +10,7 @@ use terramech_fmi2::specification::Faults;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DemP {
-    /// Inner step [s]. It must not be above the critical one; a communication step is cut into equal steps of at most
+    /// Inner step (s). It must not be above the critical one; a communication step is cut into equal steps of at most
     /// this. Null: 0.8 of the critical one.
     pub step: Option<f64>,
     /// Force law.
@@ -23,17 +23,17 @@ pub struct DemP {
     pub tangential: Tangential,
     /// Whether the normal force before adhesion is clamped at zero. It raises the restitution of strongly damped contacts.
     pub clamp_normal: bool,
-    /// Damping ratio of rolling and spinning resistance [1]; 1 is critical, a grain comes to rest without rocking.
+    /// Damping ratio of rolling and spinning resistance (1); 1 is critical, a grain comes to rest without rocking.
     pub rolling_damping: f64,
-    /// Time in which the adhesion of a new contact grows [s]; 0 = at once.
+    /// Time in which the adhesion of a new contact grows (s); 0 = at once.
     pub adhesion_time: f64,
-    /// Overlap at which the adhesion of a contact is fully grown, over the least radius [1]; 0 = at once.
+    /// Overlap at which the adhesion of a contact is fully grown, over the least radius (1); 0 = at once.
     pub adhesion_overlap: f64,
-    /// Skin of the pair lists over the mean radius, 0.01 to 1 [1]. Larger: fewer rebuilds, longer lists.
+    /// Skin of the pair lists over the mean radius, 0.01 to 1 (1). Larger: fewer rebuilds, longer lists.
     pub skin: f64,
-    /// Largest overlap expected, over the radius, 0.001 to 0.4 [1]: the critical step holds up to it.
+    /// Largest overlap expected, over the radius, 0.001 to 0.4 (1): the critical step holds up to it.
     pub expected_overlap: f64,
-    /// Critical step over sqrt(m*/k_n) at that overlap, at most 0.5 [1].
+    /// Critical step over sqrt(m*/k_n) at that overlap, at most 0.5 (1).
     pub step_factor: f64,
 }
 

@@ -47,20 +47,20 @@ pub struct Terrain {
 pub struct Soil {
     /// Radii of the grains.
     pub radius: Radius,
-    /// Density of a grain [kg/m3], which is the bulk density over the packing fraction.
+    /// Density of a grain (kg/m3), which is the bulk density over the packing fraction.
     pub density: f64,
-    /// Coulomb friction between grains [1].
+    /// Coulomb friction between grains (1).
     pub friction: f64,
-    /// Coefficient of restitution, 0 to 1 [1].
+    /// Coefficient of restitution, 0 to 1 (1).
     pub restitution: f64,
-    /// Young's modulus [Pa]. Usually far below the mineral's, so that the step can be large: overlaps of 1 % of the radius
+    /// Young's modulus (Pa). Usually far below the mineral's, so that the step can be large: overlaps of 1 % of the radius
     /// do no harm.
     pub young_modulus: f64,
-    /// Poisson's ratio, above -1, at most 0.5 [1].
+    /// Poisson's ratio, above -1, at most 0.5 (1).
     pub poisson_ratio: f64,
-    /// Rolling friction: limit torque over effective radius and normal force [1].
+    /// Rolling friction: limit torque over effective radius and normal force (1).
     pub rolling_friction: f64,
-    /// Spinning (torsional) friction, likewise [1].
+    /// Spinning (torsional) friction, likewise (1).
     pub spinning_friction: f64,
     /// What pulls grains together.
     pub adhesion: Adhesion,
@@ -86,13 +86,13 @@ impl Default for Soil {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Radius {
-    /// All the same [m].
+    /// All the same (m).
     Equal(f64),
     /// Uniformly distributed between two radii.
     Uniform {
-        /// Least [m].
+        /// Least (m).
         least: f64,
-        /// Greatest [m].
+        /// Greatest (m).
         greatest: f64,
     },
 }
@@ -101,13 +101,13 @@ pub enum Radius {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Adhesion {
-    /// Cohesive pressure p [Pa]: a pull of pi r^2 p per contact.
+    /// Cohesive pressure p (Pa): a pull of pi r^2 p per contact.
     pub pressure: f64,
-    /// Constant pull per contact [N].
+    /// Constant pull per contact (N).
     pub constant: f64,
-    /// Derjaguin-Muller-Toporov: pull over sqrt(R*) [N/m^0.5].
+    /// Derjaguin-Muller-Toporov: pull over sqrt(R*) (N/m^0.5).
     pub dmt: f64,
-    /// Perko: pull over R* [N/m].
+    /// Perko: pull over R* (N/m).
     pub perko: f64,
 }
 
@@ -115,18 +115,18 @@ pub struct Adhesion {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bed {
-    /// Length of the box along x [m].
+    /// Length of the box along x (m).
     pub length: f64,
-    /// Width of the box along y [m].
+    /// Width of the box along y (m).
     pub width: f64,
     /// How much soil.
     pub fill: Fill,
     /// Seed of the random placing: another one gives another bed of the same kind.
     pub seed: u64,
-    /// Spacing of the grid that grains are poured from, over the largest diameter, 1 to 10 [1]. Larger: more random, longer
+    /// Spacing of the grid that grains are poured from, over the largest diameter, 1 to 10 (1). Larger: more random, longer
     /// to settle.
     pub spacing: f64,
-    /// Gravity x, y, z [m/s2].
+    /// Gravity x, y, z (m/s2).
     pub gravity: [f64; 3],
     /// Surface of the four side walls; null: as the soil, without adhesion.
     pub walls: Option<Surface>,
@@ -134,7 +134,7 @@ pub struct Bed {
     pub floor: Option<Surface>,
     /// When the bed counts as settled.
     pub settle: Settle,
-    /// Time over which adhesion grows once the bed rests [s]. Poured with it, grains would hang in loose clumps; the bed
+    /// Time over which adhesion grows once the bed rests (s). Poured with it, grains would hang in loose clumps; the bed
     /// contracts as it grows, which the log reports.
     pub adhesion_time: f64,
 }
@@ -160,7 +160,7 @@ impl Default for Bed {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Fill {
-    /// Depth of the settled bed [m]: it is filled to a little more, settled and levelled off.
+    /// Depth of the settled bed (m): it is filled to a little more, settled and levelled off.
     Depth(f64),
     /// Number of grains.
     Count(usize),
@@ -170,17 +170,17 @@ pub enum Fill {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Surface {
-    /// Coulomb friction [1]; the lesser of grain and surface holds.
+    /// Coulomb friction (1); the lesser of grain and surface holds.
     pub friction: f64,
-    /// Coefficient of restitution, 0 to 1 [1]; the lesser holds.
+    /// Coefficient of restitution, 0 to 1 (1); the lesser holds.
     pub restitution: f64,
-    /// Young's modulus [Pa].
+    /// Young's modulus (Pa).
     pub young_modulus: f64,
-    /// Poisson's ratio [1].
+    /// Poisson's ratio (1).
     pub poisson_ratio: f64,
-    /// Rolling friction [1]; the lesser holds.
+    /// Rolling friction (1); the lesser holds.
     pub rolling_friction: f64,
-    /// Spinning friction [1]; the lesser holds.
+    /// Spinning friction (1); the lesser holds.
     pub spinning_friction: f64,
     /// Adhesion; the lesser holds.
     pub adhesion: Adhesion,
@@ -204,12 +204,12 @@ impl Default for Surface {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settle {
-    /// Mean kinetic energy of the grains, the most energetic hundredth left out, over m g r [1]: 1e-5 is 1.5 mm/s for
+    /// Mean kinetic energy of the grains, the most energetic hundredth left out, over m g r (1): 1e-5 is 1.5 mm/s for
     /// r 12 mm.
     pub energy: f64,
-    /// Not before this time [s]: grains begin at rest and must fall first.
+    /// Not before this time (s): grains begin at rest and must fall first.
     pub least_time: f64,
-    /// Give up after this time [s].
+    /// Give up after this time (s).
     pub most_time: f64,
 }
 

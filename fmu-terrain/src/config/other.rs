@@ -8,7 +8,7 @@ use terramech_fmi2::specification::Faults;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DemC {
-    /// Inner step [s].
+    /// Inner step (s).
     pub step: f64,
     /// Iterations of the cone solver per step.
     pub iterations: u32,
@@ -24,23 +24,23 @@ impl Default for DemC {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scm {
-    /// Grid spacing [m].
+    /// Grid spacing (m).
     pub spacing: f64,
-    /// Bekker K_phi [N/m^(n+2)].
+    /// Bekker K_phi (N/m^(n+2)).
     pub k_phi: f64,
-    /// Bekker K_c [N/m^(n+1)].
+    /// Bekker K_c (N/m^(n+1)).
     pub k_c: f64,
-    /// Bekker exponent n [1].
+    /// Bekker exponent n (1).
     pub n: f64,
-    /// Cohesion [Pa].
+    /// Cohesion (Pa).
     pub cohesion: f64,
-    /// Friction angle [rad].
+    /// Friction angle (rad).
     pub friction_angle: f64,
-    /// Janosi shear displacement [m].
+    /// Janosi shear displacement (m).
     pub janosi: f64,
-    /// Elastic stiffness of unloading [Pa/m].
+    /// Elastic stiffness of unloading (Pa/m).
     pub elastic: f64,
-    /// Damping [Pa s/m].
+    /// Damping (Pa s/m).
     pub damping: f64,
 }
 
@@ -65,9 +65,9 @@ impl Default for Scm {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Rigid {
-    /// Height of the ground [m].
+    /// Height of the ground (m).
     pub height: f64,
-    /// Coulomb friction [1].
+    /// Coulomb friction (1).
     pub friction: f64,
 }
 

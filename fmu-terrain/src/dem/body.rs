@@ -11,7 +11,7 @@ use crate::mesh::{spread_couple, to_vertices};
 /// A place where a grain touches a body, edges and neighbouring facets already merged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyTouch {
-    /// Overlap [m], positive.
+    /// Overlap (m), positive.
     pub overlap: f64,
     /// Factor on force and couple: where several touches are one surface, their weights sum to 1.
     pub weight: f64,
@@ -21,9 +21,9 @@ pub struct BodyTouch {
     pub normal: Vec3,
     /// Point of the body's surface.
     pub point: Vec3,
-    /// Velocity of the body there [m/s].
+    /// Velocity of the body there (m/s).
     pub velocity: Vec3,
-    /// Angular velocity of the body there [rad/s].
+    /// Angular velocity of the body there (rad/s).
     pub angular_velocity: Vec3,
     /// Vertices that carry the force; all `u32::MAX` for a shape without a mesh.
     pub vertices: [u32; 3],
@@ -33,7 +33,7 @@ pub struct BodyTouch {
 
 /// What a body looks like and where it is.
 pub trait Shape: Send + Sync {
-    /// Moves it to `t` [s] after the last communication point.
+    /// Moves it to `t` (s) after the last communication point.
     fn move_to(&mut self, t: f64);
     /// Box that holds it now.
     fn bounds(&self) -> [Vec3; 2];
@@ -69,9 +69,9 @@ pub struct BodyLoad {
     pub body: u32,
     /// Where it acts.
     pub touch: BodyTouch,
-    /// Force on the body [N].
+    /// Force on the body (N).
     pub force: Vec3,
-    /// Couple on the body [N m].
+    /// Couple on the body (N m).
     pub couple: Vec3,
 }
 
@@ -81,13 +81,13 @@ pub struct Body {
     pub shape: Box<dyn Shape>,
     /// Material index.
     pub material: usize,
-    /// Impulse on each vertex [N s].
+    /// Impulse on each vertex (N s).
     pub vertex_impulse: Vec<Vec3>,
-    /// Total impulse [N s].
+    /// Total impulse (N s).
     pub impulse: Vec3,
-    /// Angular impulse about its (moving) centre [N m s].
+    /// Angular impulse about its (moving) centre (N m s).
     pub angular_impulse: Vec3,
-    /// Force at the last inner step [N].
+    /// Force at the last inner step (N).
     pub force: Vec3,
 }
 
@@ -114,7 +114,7 @@ impl Body {
         self.angular_impulse = [0.0; 3];
     }
 
-    /// Adds a load that acts for `h` [s]; returns the work done by the body on the grains [J].
+    /// Adds a load that acts for `h` (s); returns the work done by the body on the grains (J).
     pub fn apply(&mut self, load: &BodyLoad, h: f64) -> f64 {
         let t = &load.touch;
         self.force = add(self.force, load.force);

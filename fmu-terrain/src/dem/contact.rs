@@ -19,17 +19,17 @@ use super::material::Pair;
 use super::vec3::{Vec3, add, add_scaled, cross, dot, reject, scale};
 use std::f64::consts::PI;
 
-/// Memory of a touching pair: tangential displacement u [m] and, fourth, how far adhesion has grown (0 exclusive to 1);
+/// Memory of a touching pair: tangential displacement u (m) and, fourth, how far adhesion has grown (0 exclusive to 1);
 /// all zero while the pair does not touch.
 pub type Slip = [f64; 4];
 
-/// Memory of a touching pair: relative rotation rho [rad].
+/// Memory of a touching pair: relative rotation rho (rad).
 pub type Roll = [f64; 3];
 
 /// What is the same for all contacts during a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// Step h [s].
+    /// Step h (s).
     pub h: f64,
     /// How the tangential displacement is followed.
     pub tangential: Tangential,
@@ -41,7 +41,7 @@ pub struct Options {
     pub adhesion_scale: f64,
     /// What adhesion of a contact grows by per step: h / ramp time; 1 = at once.
     pub adhesion_growth: f64,
-    /// 1 / (overlap at which adhesion is fully grown) [1/m]; infinite = at once.
+    /// 1 / (overlap at which adhesion is fully grown) (1/m); infinite = at once.
     pub adhesion_per_overlap: f64,
     /// eta, damping ratio of rolling and spinning.
     pub rolling_damping: f64,
@@ -52,21 +52,21 @@ pub struct Options {
 pub struct Touch {
     /// Unit normal, towards grain i.
     pub n: Vec3,
-    /// Overlap [m], positive.
+    /// Overlap (m), positive.
     pub delta: f64,
-    /// R* [m].
+    /// R* (m).
     pub r_eff: f64,
-    /// Radius for the cohesive pressure [m].
+    /// Radius for the cohesive pressure (m).
     pub r_adhesion: f64,
-    /// 1/m* [1/kg].
+    /// 1/m* (1/kg).
     pub inv_m: f64,
-    /// 1/(m1 r1^2) + 1/(m2 r2^2) [1/(kg m2)].
+    /// 1/(m1 r1^2) + 1/(m2 r2^2) (1/(kg m2)).
     pub inv_mr2: f64,
-    /// Velocity of i's contact point relative to j's [m/s].
+    /// Velocity of i's contact point relative to j's (m/s).
     pub v: Vec3,
-    /// Angular velocity of i relative to j [rad/s].
+    /// Angular velocity of i relative to j (rad/s).
     pub w_rel: Vec3,
-    /// Mean spin of the two about the normal [rad/s].
+    /// Mean spin of the two about the normal (rad/s).
     pub spin: f64,
     /// n x (rate of n) [rad/s]: how the contact frame tilts.
     pub tilt: Vec3,
@@ -77,11 +77,11 @@ pub struct Touch {
 /// Force and couple on grain i; the opposite acts on the partner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
-    /// Net normal force, adhesion subtracted [N], positive pushes apart.
+    /// Net normal force, adhesion subtracted (N), positive pushes apart.
     pub normal: f64,
-    /// Tangential force [N].
+    /// Tangential force (N).
     pub tangential: Vec3,
-    /// Rolling and spinning couple [N m].
+    /// Rolling and spinning couple (N m).
     pub couple: Vec3,
 }
 

@@ -6,17 +6,17 @@ use super::vec3::{Vec3, add, add_scaled, cross, dot, norm, scale, sub};
 /// A solid cylinder, axis along the body's y, moving on with its velocity and angular velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
-    /// Radius [m].
+    /// Radius (m).
     pub radius: f64,
-    /// Width along the axis [m].
+    /// Width along the axis (m).
     pub width: f64,
-    /// Centre at the communication point [m].
+    /// Centre at the communication point (m).
     pub start: Vec3,
     /// Direction of the axis at the communication point.
     pub start_axis: Vec3,
-    /// Velocity [m/s].
+    /// Velocity (m/s).
     pub velocity: Vec3,
-    /// Angular velocity in the inertial frame [rad/s].
+    /// Angular velocity in the inertial frame (rad/s).
     pub angular_velocity: Vec3,
     centre: Vec3,
     axis: Vec3,
@@ -30,7 +30,7 @@ impl Cylinder {
     }
 }
 
-/// Turns a vector by the rotation vector `turn` [rad] (Rodrigues).
+/// Turns a vector by the rotation vector `turn` (rad) (Rodrigues).
 pub fn rotate(turn: Vec3, x: Vec3) -> Vec3 {
     let angle = norm(turn);
     if angle == 0.0 {

@@ -12,11 +12,11 @@ use super::vec3::{Vec3, add_scaled, dot, scale};
 pub struct Touched {
     /// Unit normal, towards the grain.
     pub normal: Vec3,
-    /// Overlap [m].
+    /// Overlap (m).
     pub overlap: f64,
-    /// Force on the grain [N].
+    /// Force on the grain (N).
     pub force: Vec3,
-    /// Energy stored [J]: normal and tangential spring, less what adhesion has given. Springs of rolling resistance,
+    /// Energy stored (J): normal and tangential spring, less what adhesion has given. Springs of rolling resistance,
     /// which hold little, are left out.
     pub energy: f64,
 }

@@ -23,9 +23,9 @@ use std::sync::Arc;
 /// What a bed is made of and how it is computed: constant during a run, not part of the state.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// Step h [s].
+    /// Step h (s).
     pub step: f64,
-    /// Gravity [m/s2].
+    /// Gravity (m/s2).
     pub gravity: Vec3,
     /// Materials of grains, walls and bodies.
     pub materials: Vec<Material>,
@@ -39,12 +39,12 @@ pub struct Setup {
     pub tangential: Tangential,
     /// Whether the normal force before adhesion is clamped at zero.
     pub clamp_normal: bool,
-    /// Damping ratio of rolling and spinning resistance [1]; 1 is critical: a grain comes to rest without rocking. Ai et
+    /// Damping ratio of rolling and spinning resistance (1); 1 is critical: a grain comes to rest without rocking. Ai et
     /// al. take 0.3, with which rocking takes seconds to die where rolling friction is small.
     pub rolling_damping: f64,
-    /// Time in which adhesion of a new contact grows to its full value [s]; 0 = at once.
+    /// Time in which adhesion of a new contact grows to its full value (s); 0 = at once.
     pub adhesion_time: f64,
-    /// Overlap at which adhesion is fully grown [m]; 0 = at once.
+    /// Overlap at which adhesion is fully grown (m); 0 = at once.
     pub adhesion_overlap: f64,
     /// Walls.
     pub walls: Vec<Wall>,
@@ -199,12 +199,17 @@ impl CpuEngine {
         self.rebuild(HINT)
     }
 
+    /// Memory held for state and scratch [bytes].
+    pub fn memory(&self) -> usize {
+        self.state.memory() + self.scratch.iter().map(Scratch::memory).sum::<usize>()
+    }
+
     fn rebuild(&mut self, hint: &'static str) -> Result<(), DemError> {
         let skin = self.skin();
         rebuild(&mut self.state, skin, &self.setup.walls, self.rolling, &self.team, hint)
     }
 
-    /// The skin [m].
+    /// The skin (m).
     pub fn skin(&self) -> f64 {
         let rows = &self.state.rows;
         let mean = rows.iter().map(|r| r[R]).sum::<f64>() / rows.len().max(1) as f64;
@@ -293,7 +298,7 @@ impl CpuEngine {
         }
     }
 
-    /// Kinetic, potential (in gravity) and elastic energy [J].
+    /// Kinetic, potential (in gravity) and elastic energy (J).
     pub fn energy(&self, bodies: &[Body]) -> f64 {
         let g = self.setup.gravity;
         let potential: f64 = self
@@ -308,7 +313,7 @@ impl CpuEngine {
         self.state.kinetic_energy() + potential + elastic
     }
 
-    /// Energy turned into heat since the account was opened [J]: work of the bodies less the change of kinetic,
+    /// Energy turned into heat since the account was opened (J): work of the bodies less the change of kinetic,
     /// potential and elastic energy. It holds the integrator's own error too, and 0 before an account is open.
     pub fn dissipated(&self, bodies: &[Body]) -> f64 {
         match self.state.energy_account {

@@ -21,13 +21,13 @@ pub enum DemError {
          {overlap:.3e} m ({pair}); take a smaller step, a softer or denser material, or state a smaller expected overlap"
     )]
     StepTooLarge {
-        /// Asked for [s].
+        /// Asked for (s).
         step: f64,
-        /// Allowed [s].
+        /// Allowed (s).
         critical: f64,
         /// The factor on sqrt(m*/k_n).
         factor: f64,
-        /// Overlap expected at most [m].
+        /// Overlap expected at most (m).
         overlap: f64,
         /// The stiffest contact.
         pair: String,
@@ -39,11 +39,11 @@ pub enum DemError {
         a: u32,
         /// Grain number.
         b: u32,
-        /// Overlap [m].
+        /// Overlap (m).
         overlap: f64,
-        /// Allowed [m].
+        /// Allowed (m).
         allowed: f64,
-        /// Time [s].
+        /// Time (s).
         time: f64,
         /// What may help.
         hint: &'static str,
@@ -53,13 +53,13 @@ pub enum DemError {
     Escaped {
         /// Grain number.
         id: u32,
-        /// Position [m].
+        /// Position (m).
         x: f64,
-        /// Position [m].
+        /// Position (m).
         y: f64,
-        /// Position [m].
+        /// Position (m).
         z: f64,
-        /// Time [s].
+        /// Time (s).
         time: f64,
         /// What may help.
         hint: &'static str,
@@ -77,7 +77,7 @@ pub enum DemError {
     NotFinite {
         /// Grain number.
         id: u32,
-        /// Time [s].
+        /// Time (s).
         time: f64,
     },
     /// The bed did not come to rest.
@@ -86,11 +86,11 @@ pub enum DemError {
          raise the time or the limit"
     )]
     NotSettled {
-        /// Time tried [s].
+        /// Time tried (s).
         time: f64,
-        /// Reached [J].
+        /// Reached (J).
         energy: f64,
-        /// Limit [J].
+        /// Limit (J).
         limit: f64,
     },
     /// The caller asked to stop.

@@ -5,7 +5,7 @@
 //! then by grain number. The order follows from the state alone (positions at the last rebuild), never from threads.
 
 use super::grid::Grid;
-use super::slab::Slab;
+use super::slab::{Slab, bytes};
 use super::vec3::{Vec3, dot};
 use serde::{Deserialize, Serialize};
 
@@ -13,19 +13,19 @@ use serde::{Deserialize, Serialize};
 /// at the last rebuild (12-14), 1/moment of inertia (15). A fixed grain has 1/mass = 0.
 pub type Row = [f64; 16];
 
-/// Radius [m].
+/// Radius (m).
 pub const R: usize = 3;
-/// First component of the velocity [m/s].
+/// First component of the velocity (m/s).
 pub const V: usize = 4;
-/// 1/mass [1/kg], 0 for a fixed grain.
+/// 1/mass (1/kg), 0 for a fixed grain.
 pub const INV_M: usize = 7;
-/// First component of the angular velocity [rad/s].
+/// First component of the angular velocity (rad/s).
 pub const W: usize = 8;
 /// Material, an index as a real.
 pub const MATERIAL: usize = 11;
-/// First component of the position at the last rebuild [m].
+/// First component of the position at the last rebuild (m).
 pub const X0: usize = 12;
-/// 1/moment of inertia [1/(kg m2)], 0 for a fixed grain.
+/// 1/moment of inertia (1/(kg m2)), 0 for a fixed grain.
 pub const INV_I: usize = 15;
 
 /// Three neighbouring entries of a row as a vector.
@@ -34,7 +34,7 @@ pub fn vec_at(row: &Row, at: usize) -> Vec3 {
     [row[at], row[at + 1], row[at + 2]]
 }
 
-/// Kinetic energy of a free grain [J].
+/// Kinetic energy of a free grain (J).
 pub fn kinetic_energy(row: &Row) -> f64 {
     let (v, w) = (vec_at(row, V), vec_at(row, W));
     0.5 * dot(v, v) / row[INV_M] + 0.5 * dot(w, w) / row[INV_I]
@@ -43,15 +43,15 @@ pub fn kinetic_energy(row: &Row) -> f64 {
 /// A grain to be placed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grain {
-    /// Position of the centre [m].
+    /// Position of the centre (m).
     pub position: Vec3,
-    /// Velocity [m/s].
+    /// Velocity (m/s).
     pub velocity: Vec3,
-    /// Angular velocity [rad/s].
+    /// Angular velocity (rad/s).
     pub angular_velocity: Vec3,
-    /// Radius [m].
+    /// Radius (m).
     pub radius: f64,
-    /// Density [kg/m3].
+    /// Density (kg/m3).
     pub density: f64,
     /// Material index.
     pub material: usize,
@@ -98,13 +98,13 @@ impl Grain {
 pub struct DemState {
     /// Steps done since the bed was made.
     pub steps: u64,
-    /// Simulated time [s] (a sum over steps, since the step may change between settling and running).
+    /// Simulated time (s) (a sum over steps, since the step may change between settling and running).
     pub time: f64,
     /// Grains in canonical order.
     pub rows: Vec<Row>,
     /// Grain numbers in canonical order; 0 .. number of grains ever placed.
     pub ids: Vec<u32>,
-    /// Net contact force on each grain at the end of the last communication step [N], canonical order.
+    /// Net contact force on each grain at the end of the last communication step (N), canonical order.
     pub force: Vec<Vec3>,
     /// The neighbour grid of the last rebuild.
     pub grid: Grid,
@@ -116,21 +116,21 @@ pub struct DemState {
     pub rebuilds: u64,
     /// Factor on all adhesion, 0 to 1.
     pub adhesion_scale: f64,
-    /// Force on each wall at the last step [N].
+    /// Force on each wall at the last step (N).
     pub wall_force: Vec<Vec3>,
-    /// Work done by bodies on grains since the start [J].
+    /// Work done by bodies on grains since the start (J).
     pub body_work: f64,
-    /// Energy (kinetic, potential, elastic) and body work when the account was opened [J].
+    /// Energy (kinetic, potential, elastic) and body work when the account was opened (J).
     pub energy_account: Option<[f64; 2]>,
 }
 
 impl DemState {
-    /// Translational and rotational kinetic energy [J]; fixed grains count nothing.
+    /// Translational and rotational kinetic energy (J); fixed grains count nothing.
     pub fn kinetic_energy(&self) -> f64 {
         self.rows.iter().filter(|r| r[INV_M] > 0.0).map(kinetic_energy).sum()
     }
 
-    /// Mass of all grains that are not fixed [kg].
+    /// Mass of all grains that are not fixed (kg).
     pub fn mass(&self) -> f64 {
         self.rows.iter().filter(|r| r[INV_M] > 0.0).map(|r| 1.0 / r[INV_M]).sum()
     }
@@ -143,6 +143,11 @@ impl DemState {
     /// Contacts of grains with walls and bodies.
     pub fn boundary_contacts(&self) -> usize {
         self.slabs.iter().map(|s| s.walls.iter().filter(|w| w.slip[3] != 0.0).count() + s.bodies.len()).sum()
+    }
+
+    /// Memory held [bytes].
+    pub fn memory(&self) -> usize {
+        bytes(&self.rows) + bytes(&self.ids) + bytes(&self.force) + self.slabs.iter().map(Slab::memory).sum::<usize>()
     }
 
     /// Indices of the rows, ordered by grain number: the order that does not change over a run.

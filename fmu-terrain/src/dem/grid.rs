@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 /// two positions apart, so neighbours stay in neighbouring cells.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
-    /// Corner of the first cell [m].
+    /// Corner of the first cell (m).
     pub origin: Vec3,
-    /// Edge length [m].
+    /// Edge length (m).
     pub size: f64,
     /// Cells along x, y, z.
     pub n: [usize; 3],

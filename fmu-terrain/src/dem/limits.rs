@@ -15,12 +15,12 @@ use super::material::PairTable;
 /// Default factor on sqrt(m*/k_n).
 pub const STEP_FACTOR: f64 = 0.2;
 
-/// Critical step of a setup for these grains [s], with the overlap it holds for and the contact that decides.
+/// Critical step of a setup for these grains (s), with the overlap it holds for and the contact that decides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Critical {
-    /// Step [s].
+    /// Step (s).
     pub step: f64,
-    /// Overlap [m].
+    /// Overlap (m).
     pub overlap: f64,
     /// Which contact, in words.
     pub contact: String,

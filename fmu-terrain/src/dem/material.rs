@@ -26,13 +26,13 @@ pub struct Coefficients {
 /// Adhesion of a material: the pull A subtracted from the normal force, the sum of its four kinds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Adhesion {
-    /// Constant pull [N].
+    /// Constant pull (N).
     pub constant: f64,
-    /// Derjaguin-Muller-Toporov: A = value sqrt(R*) [N/m^0.5].
+    /// Derjaguin-Muller-Toporov: A = value sqrt(R*) (N/m^0.5).
     pub dmt: f64,
-    /// Perko: A = value R* [N/m].
+    /// Perko: A = value R* (N/m).
     pub perko: f64,
-    /// Cohesive pressure p [Pa]: A = pi r^2 p, r the smaller radius of the pair.
+    /// Cohesive pressure p (Pa): A = pi r^2 p, r the smaller radius of the pair.
     pub pressure: f64,
 }
 
@@ -54,17 +54,17 @@ impl Adhesion {
 /// Contact properties of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
-    /// Young's modulus [Pa]; infinite = rigid.
+    /// Young's modulus (Pa); infinite = rigid.
     pub young_modulus: f64,
-    /// Poisson's ratio [1].
+    /// Poisson's ratio (1).
     pub poisson_ratio: f64,
-    /// Coefficient of restitution [1], 0 to 1.
+    /// Coefficient of restitution (1), 0 to 1.
     pub restitution: f64,
-    /// Coulomb friction [1].
+    /// Coulomb friction (1).
     pub friction: f64,
-    /// Rolling friction [1]: limit torque = this x R* F_n.
+    /// Rolling friction (1): limit torque = this x R* F_n.
     pub rolling_friction: f64,
-    /// Spinning (torsional) friction [1]: limit torque = this x R* F_n.
+    /// Spinning (torsional) friction (1): limit torque = this x R* F_n.
     pub spinning_friction: f64,
     /// Adhesion.
     pub adhesion: Adhesion,
@@ -111,13 +111,13 @@ pub struct PairOverride {
 /// What two materials make of a contact, ready for the kernels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
-    /// Effective Young's modulus E* [Pa].
+    /// Effective Young's modulus E* (Pa).
     pub e_star: f64,
-    /// Effective shear modulus G* [Pa].
+    /// Effective shear modulus G* (Pa).
     pub g_star: f64,
-    /// sqrt(S_t/S_n) = sqrt(4 G*/E*) of Hertz-Mindlin [1].
+    /// sqrt(S_t/S_n) = sqrt(4 G*/E*) of Hertz-Mindlin (1).
     pub sqrt_st_over_sn: f64,
-    /// Restitution [1].
+    /// Restitution (1).
     pub restitution: f64,
     /// Damping ratio of the Hertz laws: -ln e / sqrt(ln^2 e + pi^2), 0 at e = 1 and 1 at e = 0.
     pub damping_ratio: f64,

@@ -1,6 +1,6 @@
 //! The granular engine: spheres with penalty contacts (DEM-P), explicit in time.
 //!
-//! Pure Rust without FMI: make a [`Setup`], place [`Grain`]s (by hand or with [`sample`]), make a
+//! Pure Rust without FMI: make a [`Setup`], place [`Grain`]s (by hand or with [`sample()`]), make a
 //! [`CpuEngine`], settle it, advance it with bodies in it.
 //!
 //! ```

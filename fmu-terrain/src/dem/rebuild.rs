@@ -30,7 +30,7 @@ type Deep = Option<(u32, u32, f64)>;
 /// Largest overlap taken for sound, as a fraction of the smaller radius.
 pub const DEEPEST: f64 = 0.5;
 
-/// Rebuilds the lists of `state`; `skin` [m] is absolute.
+/// Rebuilds the lists of `state`; `skin` (m) is absolute.
 ///
 /// # Errors
 /// A value that is not finite, a grain outside the walls, or grains deep inside each other.

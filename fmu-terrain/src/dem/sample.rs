@@ -10,7 +10,7 @@ use super::rng::Rng;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// Radii of the grains [m].
+/// Radii of the grains (m).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Radii {
     /// All the same.
@@ -28,7 +28,7 @@ impl Radii {
         }
     }
 
-    /// Mean volume of a grain [m3].
+    /// Mean volume of a grain (m3).
     pub fn mean_volume(self) -> f64 {
         let (a, b) = self.range();
         // Mean of r^3 over [a, b] is (a + b)(a^2 + b^2)/4.
@@ -46,7 +46,7 @@ impl Radii {
 /// How much.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Fill {
-    /// Enough for this depth when settled [m]; the surplus is levelled off.
+    /// Enough for this depth when settled (m); the surplus is levelled off.
     Depth(f64),
     /// This many grains.
     Count(usize),
@@ -55,15 +55,15 @@ pub enum Fill {
 /// What to place.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
-    /// Box along x [m], centred on the origin.
+    /// Box along x (m), centred on the origin.
     pub length: f64,
-    /// Box along y [m].
+    /// Box along y (m).
     pub width: f64,
     /// How much.
     pub fill: Fill,
     /// Radii.
     pub radii: Radii,
-    /// Density of a grain [kg/m3] (bulk density over packing fraction).
+    /// Density of a grain (kg/m3) (bulk density over packing fraction).
     pub density: f64,
     /// Material index.
     pub material: usize,

@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 pub struct Settle {
     /// Kinetic energy per grain, as a fraction of the mean m g r: 1e-5 is 1.5 mm/s for r 12 mm.
     pub energy: f64,
-    /// Not before this time [s]: grains begin at rest and must fall first.
+    /// Not before this time (s): grains begin at rest and must fall first.
     pub least_time: f64,
-    /// Give up after this time [s].
+    /// Give up after this time (s).
     pub most_time: f64,
 }
 
@@ -31,9 +31,9 @@ impl Default for Settle {
 /// How a settling went.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
-    /// Time it took [s].
+    /// Time it took (s).
     pub time: f64,
-    /// Mean kinetic energy of the calmer grains at its end [J], see [`calm_energy`].
+    /// Mean kinetic energy of the calmer grains at its end (J), see [`calm_energy`].
     pub energy: f64,
 }
 
@@ -82,7 +82,7 @@ pub fn settle(
     }
 }
 
-/// Mean kinetic energy of the free grains [J], the most energetic hundredth left out.
+/// Mean kinetic energy of the free grains (J), the most energetic hundredth left out.
 pub fn calm_energy(state: &DemState) -> f64 {
     let mut energy: Vec<f64> = state.rows.iter().filter(|r| r[INV_M] > 0.0).map(kinetic_energy).collect();
     let kept = energy.len() - energy.len() / 100;
@@ -100,7 +100,7 @@ pub struct Recipe {
     pub sample: Sample,
     /// When it counts as settled.
     pub settle: Settle,
-    /// Time over which cohesion grows once the bed rests [s]; poured with it, grains would hang in loose clumps.
+    /// Time over which cohesion grows once the bed rests (s); poured with it, grains would hang in loose clumps.
     pub cohesion_time: f64,
 }
 
@@ -109,13 +109,13 @@ pub struct Recipe {
 pub struct BedReport {
     /// Grains.
     pub grains: usize,
-    /// Mean height of the surface [m].
+    /// Mean height of the surface (m).
     pub height: f64,
-    /// Change of that height as cohesion grew [m], negative where the bed contracts.
+    /// Change of that height as cohesion grew (m), negative where the bed contracts.
     pub cohesion_change: f64,
-    /// Simulated time spent [s].
+    /// Simulated time spent (s).
     pub time: f64,
-    /// Mean kinetic energy of the calmer grains at the end [J], see [`calm_energy`].
+    /// Mean kinetic energy of the calmer grains at the end (J), see [`calm_energy`].
     pub energy: f64,
 }
 

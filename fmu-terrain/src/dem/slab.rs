@@ -51,7 +51,7 @@ pub struct Slab {
     pub last: u32,
     /// Place after the last grain of the halo.
     pub halo: u32,
-    /// Least and greatest x that its grains reach until the next rebuild [m].
+    /// Least and greatest x that its grains reach until the next rebuild (m).
     pub extent: [f64; 2],
     /// Pairs of grain `first + k`: `other[start[k]..start[k + 1]]`.
     pub start: Vec<u32>,
@@ -73,6 +73,16 @@ impl Slab {
         self.first as usize..self.last as usize
     }
 
+    /// Memory held [bytes].
+    pub fn memory(&self) -> usize {
+        bytes(&self.start)
+            + bytes(&self.other)
+            + bytes(&self.slip)
+            + bytes(&self.roll)
+            + bytes(&self.walls)
+            + bytes(&self.bodies)
+    }
+
     /// History of pair (i, j), i < j both old places, if they touched.
     pub fn history(&self, i: u32, j: u32) -> Option<(Slip, Roll)> {
         let k = (i - self.first) as usize;
@@ -80,6 +90,10 @@ impl Slab {
         let p = a + self.other[a..b].iter().position(|&o| o == j)?;
         (self.slip[p][3] != 0.0).then(|| (self.slip[p], self.roll.get(p).copied().unwrap_or_default()))
     }
+}
+
+pub(super) fn bytes<T>(v: &Vec<T>) -> usize {
+    v.capacity() * size_of::<T>()
 }
 
 /// Cuts layers of constant x (`layer_start`: first grain of each, one more than layers) into slabs: (first, last, halo).
@@ -114,6 +128,13 @@ pub struct Scratch {
     pub body_pairs: Vec<BodyPair>,
     /// Some grain has moved so far that lists must be rebuilt.
     pub moved: bool,
+}
+
+impl Scratch {
+    /// Memory held [bytes].
+    pub fn memory(&self) -> usize {
+        bytes(&self.force) + bytes(&self.wall_force) + bytes(&self.body_loads) + bytes(&self.body_pairs)
+    }
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// The surface of a bed in a box of `length` along x and `width` along y [m].
+    /// The surface of a bed in a box of `length` along x and `width` along y (m).
     pub fn of(state: &DemState, length: f64, width: f64) -> Self {
         let rows = &state.rows;
         let mean = rows.iter().map(|r| r[R]).sum::<f64>() / rows.len().max(1) as f64;
@@ -42,12 +42,12 @@ impl Surface {
         Some(along(x, 0)? * self.n[1] + along(y, 1)?)
     }
 
-    /// Mean over all cells [m].
+    /// Mean over all cells (m).
     pub fn mean(&self) -> f64 {
         self.height.iter().sum::<f64>() / self.height.len() as f64
     }
 
-    /// Height at a point [m]; none outside the box.
+    /// Height at a point (m); none outside the box.
     pub fn at(&self, x: f64, y: f64) -> Option<f64> {
         self.cell_of(x, y).map(|c| self.height[c])
     }

@@ -162,7 +162,7 @@ fn place_mesh(
     Ok(())
 }
 
-/// Writes forces and wrench of a body: means over the communication step of length `size` [s].
+/// Writes forces and wrench of a body: means over the communication step of length `size` (s).
 pub fn publish(v: &mut Values, vars: &BodyVars, body: &Body, size: f64) {
     let (mut index, mut force) = (std::mem::take(v.integers_mut(vars.contact_index)), Vec::new());
     std::mem::swap(&mut force, v.reals_mut(vars.contact_force));

@@ -1,6 +1,6 @@
 //! Model `terrain_dem_p`: granular soil with penalty contacts.
 //!
-//! [`unit`] puts the engine of [`crate::dem`] behind the interface, [`bodies`] turns inputs into bodies of the engine,
+//! `unit.rs` puts the engine of [`crate::dem`] behind the interface, [`bodies`] turns inputs into bodies of the engine,
 //! [`outputs`] its state into outputs, and [`bed_file`] keeps settled beds.
 
 pub mod bed_file;

@@ -22,7 +22,7 @@ pub struct DemPUnit {
     /// Bodies as the inputs say, and the triangles their meshes were made from: remade after a restore.
     bodies: Vec<Body>,
     triangles: Vec<Vec<i32>>,
-    /// Longest inner step [s].
+    /// Longest inner step (s).
     longest: f64,
 }
 

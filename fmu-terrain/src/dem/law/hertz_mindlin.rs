@@ -4,7 +4,7 @@
 //! S_n = 2 E* sqrt(R* delta), S_t = 8 G* sqrt(R* delta); k_n = 2/3 S_n, k_t = S_t;
 //! g_n = 2 sqrt(5/6) beta sqrt(S_n m*), beta = -ln e / sqrt(ln^2 e + pi^2), g_t likewise with S_t.
 //!
-//! From coefficients: k_n = R* sqrt(delta) k [k: Pa/m^0.5], g_n = R* sqrt(delta) m* g; tangential likewise.
+//! From coefficients: k_n = R* sqrt(delta) k (k: Pa/m^0.5), g_n = R* sqrt(delta) m* g; tangential likewise.
 
 use super::{Form, Law, Terms};
 use crate::dem::material::Pair;

@@ -3,7 +3,7 @@
 //! From properties: k = 16/15 sqrt(R*) E*, k_n = k_t = k (m* v_c^2 / k)^(1/5) with v_c = max(|v_n|, 1 m/s), the linear
 //! stiffness that stores the energy of a Hertz impact at v_c; g_n = g_t = sqrt(4 m* k_n / (1 + (pi/ln e)^2)).
 //!
-//! From coefficients: k_n = k, k_t = k [N/m]; g_n = m* g [g: 1/s], g_t likewise.
+//! From coefficients: k_n = k, k_t = k (N/m); g_n = m* g (g: 1/s), g_t likewise.
 
 use super::{Form, Law, Terms};
 use crate::dem::material::Pair;

@@ -25,13 +25,13 @@ use serde::{Deserialize, Serialize};
 /// The terms of a contact at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
-    /// k_n, secant normal stiffness [N/m].
+    /// k_n, secant normal stiffness (N/m).
     pub kn: f64,
-    /// g_n, normal damping [N s/m].
+    /// g_n, normal damping (N s/m).
     pub gn: f64,
-    /// k_t, tangential stiffness [N/m].
+    /// k_t, tangential stiffness (N/m).
     pub kt: f64,
-    /// g_t, tangential damping [N s/m].
+    /// g_t, tangential damping (N s/m).
     pub gt: f64,
 }
 
@@ -39,8 +39,8 @@ pub struct Terms {
 pub trait Law: Copy + Send + Sync + 'static {
     /// Friction is mu tanh(5 v_t) F_n instead of a spring with a Coulomb limit.
     const CREEPS: bool = false;
-    /// The terms at overlap `delta` [m] > 0, effective radius `r_eff` [m], effective mass `m_eff` [kg], separation
-    /// speed `vn` [m/s].
+    /// The terms at overlap `delta` (m) > 0, effective radius `r_eff` (m), effective mass `m_eff` (kg), separation
+    /// speed `vn` (m/s).
     fn terms(&self, pair: &Pair, delta: f64, r_eff: f64, m_eff: f64, vn: f64) -> Terms;
 }
 
