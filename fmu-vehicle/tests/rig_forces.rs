@@ -24,7 +24,7 @@ fn the_soil_carries_the_stated_force_whatever_the_masses() {
 
 #[test]
 fn a_mass_presses_with_its_weight_and_the_hub_s() {
-    let mut rig = Rig::entered(r#"{"load": {"mass": 2, "force": 0}}"#);
+    let mut rig = Rig::entered(r#"{"load": {"mass": 2}}"#);
     rig.set("wheel[1].hub_mass", 0.5).unwrap();
     assert_eq!(rig.get("wheel[1].load_mass"), 2.0);
     rig.exit();

@@ -3,6 +3,8 @@
 mod support;
 use support::{Contact, Rig, hertz_plane, plastic_soil};
 
+const LOAD: &str = r#"{"load": {"force": 25}}"#;
+
 /// Greatest force over load, least force after first reaching the load over load, and the time of the drive's start.
 fn touchdown(rig: &mut Rig, soil: &mut dyn FnMut(&Contact, f64) -> [f64; 3], size: f64) -> (f64, f64, f64) {
     let load = 25.0;
@@ -29,7 +31,7 @@ fn a_soft_damped_plane_is_met_without_overshoot() {
     // 25 N at a depth of 1 mm; contact stiffness 37.5 kN/m.
     let k = 25.0 / 1e-3f64.powf(1.5);
     for size in [1e-4, 5e-4, 1e-3] {
-        let mut rig = Rig::ready("");
+        let mut rig = Rig::ready(LOAD);
         let (greatest, least, driving) = touchdown(&mut rig, &mut hertz_plane(k, 500.0), size);
         println!("H {size}: greatest {greatest}, least {least}, drive at {driving} s");
         assert!(greatest < 1.05 && least > 0.97, "H {size}: {greatest} {least}");
@@ -43,7 +45,7 @@ fn a_soft_damped_plane_is_met_without_overshoot() {
 fn rigid_ground_is_met_without_a_bounce() {
     // 25 N at a depth of 10 micrometres: 3.75 MN/m. With 2.5 kg the undamped contact sways in 5 ms.
     let k = 25.0 / 1e-5f64.powf(1.5);
-    let mut rig = Rig::ready("");
+    let mut rig = Rig::ready(LOAD);
     let mut soil = hertz_plane(k, 2e5);
     let (mut touched, mut highest) = (false, f64::MIN);
     while rig.time < 1.0 {
@@ -62,7 +64,7 @@ fn rigid_ground_is_met_without_a_bounce() {
 #[test]
 fn soil_that_yields_carries_the_load_and_no_more() {
     // 25 N at 15 mm.
-    let mut rig = Rig::ready("");
+    let mut rig = Rig::ready(LOAD);
     let (greatest, least, driving) = touchdown(&mut rig, &mut plastic_soil(25.0 / 0.015), 5e-4);
     println!("greatest {greatest}, least {least}, drive at {driving} s, sinkage {}", rig.get("sinkage"));
     assert!(greatest < 1.02, "{greatest}");

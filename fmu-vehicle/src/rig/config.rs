@@ -26,7 +26,7 @@ pub struct RigSpecification {
     pub spin_inertia: f64,
     /// Window of the running averages of the filtered outputs (s); 0 for none.
     pub filter_window: f64,
-    /// Longest inner step (s); a communication step is cut into equal ones.
+    /// Longest inner step, 1e-7 to 0.1 (s); a communication step is cut into equal ones.
     pub inner_step: f64,
 }
 
@@ -163,14 +163,14 @@ pub struct Toe {
 pub struct Load {
     /// Mass that slides vertically with the wheel, without the tire's hub mass, which is added (kg).
     pub mass: f64,
-    /// Static vertical load on the soil (N): **everything included**, the weights of `mass` and of the tire's hub mass too.
-    /// 0: their weight and nothing else.
+    /// Static vertical load on the soil (N): **everything included**, the weights of `mass` and of the tire's hub mass too
+    /// (only what a flexible tire does not hand over to the hub weighs on top). 0: their weight and nothing else.
     pub force: f64,
 }
 
 impl Default for Load {
     fn default() -> Self {
-        Self { mass: 2.5, force: 25.0 }
+        Self { mass: 2.5, force: 0.0 }
     }
 }
 
@@ -262,7 +262,8 @@ impl RigSpecification {
         f.check(self.carriage.y.is_finite(), "carriage.y", self.carriage.y, "a finite number");
         f.not_negative("spin_inertia", self.spin_inertia);
         f.not_negative("filter_window", self.filter_window);
-        f.positive("inner_step", self.inner_step);
+        // A step of nothing would be a run without end.
+        f.within("inner_step", self.inner_step, 1e-7, 0.1);
         f.into_result(origin)
     }
 }

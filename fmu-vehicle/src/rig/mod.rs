@@ -16,8 +16,8 @@
 //!
 //! # Masses
 //! What slides vertically weighs `load.mass` plus the tire's `hub_mass`, and moves by the soil's force less the load. Forces
-//! come held over a communication step, one step late; a contact stiffness K then acts as a negative damping of about
-//! K H, which the soil's own damping, or `slide.damping_rate`, has to outweigh.
+//! come held over a communication step H, one step late (two, if a tire stands between); a contact stiffness K then acts
+//! as a negative damping of about K H (2 K H), which the soil's own damping, or `slide.damping_rate`, has to outweigh.
 
 pub mod average;
 pub mod config;
@@ -30,7 +30,7 @@ pub use unit::RigUnit;
 
 use terramech_fmi2::Model;
 
-/// The specification that a fresh FMU carries: the load of the single-wheel experiment at slip 0.2.
+/// The specification that a fresh FMU carries: about the load of the single-wheel experiment, at slip 0.2.
 pub fn default_specification() -> String {
     serde_json::to_string_pretty(&config::RigSpecification::default()).expect("plain data serialises")
 }
