@@ -78,7 +78,7 @@ pub fn write_descriptions(folder: &Path) -> Result<()> {
 
 /// The files of `modelDescriptions/` as (name, content).
 pub fn descriptions() -> Vec<(String, String)> {
-    let mut files = vec![("org.terramech.xsd".to_string(), terramech::description::ANNOTATION_SCHEMA.to_string())];
+    let mut files = vec![("org.terramech.xsd".to_string(), terramech::description::annotations::SCHEMA.to_string())];
     for model in libraries().iter().flat_map(|l| &l.models) {
         let name = model.file_name();
         files.push((format!("{name}.xml"), model.xml()));

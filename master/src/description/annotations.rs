@@ -38,6 +38,8 @@ use crate::fault::{FaultKind, Faults, Place};
 use crate::xml::Element;
 use crate::xml::write::Writer;
 
+/// The schema of our annotations (XSD).
+pub const SCHEMA: &str = include_str!("../../schema/org.terramech.xsd");
 /// The type of our annotations.
 pub const TYPE: &str = "org.terramech";
 /// Our namespace.
