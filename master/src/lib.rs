@@ -2,7 +2,10 @@
 //!
 //! The way of a system description through this crate: [`archive`] opens what is packed, [`description`] reads the SSP files,
 //! [`model_description`] the FMUs' own, [`check`] joins them to a validated [`check::plan::Plan`] or tells every fault,
-//! [`inspect`] shows it. Running a plan is the business of the modules after these.
+//! [`inspect`] shows it.
+//!
+//! The way of a plan through a run: [`loading`] calls foreign libraries and nothing else does, [`coupling`] initialises the units and steps
+//! them side by side, [`record`] writes what they do, [`run`](mod@run) ties the three together from start to end, and [`cli`] is the command line around it all.
 
 // Foreign code is called in one room only.
 #![deny(unsafe_code)]
