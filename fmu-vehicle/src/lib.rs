@@ -13,14 +13,20 @@
 //! ```
 #![cfg_attr(not(feature = "fmu"), forbid(unsafe_code))]
 
+pub mod driveline;
+pub mod driver;
 pub mod mbs;
+pub mod powertrain;
 pub mod rig;
+pub mod steering;
+pub mod suspension;
+pub mod vehicle;
 
 use terramech_fmi2::Model;
 
 /// All models of this library; the GUID selects among them.
 pub fn models() -> Vec<Model> {
-    vec![rig::model()]
+    vec![rig::model(), vehicle::model()]
 }
 
 #[cfg(feature = "fmu")]

@@ -69,7 +69,11 @@ fn wheel_loads_at_rest_balance_the_weight() {
         let com = s.center_of_mass();
         let front_load = weight * (com.x - rear.x) / (front.x - rear.x);
         relative("5 rest", &format!("{name}: front wheel loads"), "N", front_load, rest.loads[0] + rest.loads[1], 1e-5);
-        relative("5 rest", &format!("{name}: left and right"), "N", rest.loads[0], rest.loads[1], 1e-6);
+        // The Pitman arm sits on the left: not quite symmetric.
+        let track = front.y - rest.vehicle.wheel_state(1).position.y;
+        let difference = weight * 2.0 * com.y / track;
+        let found = rest.loads[0] + rest.loads[2] - rest.loads[1] - rest.loads[3];
+        figure("5 rest", &format!("{name}: left less right, moment balance"), "N", difference, found, 1e-5 * weight);
         for i in 0..4 {
             assert!((rest.vehicle.wheel_state(i).position.z - 0.467).abs() < 1e-9);
         }
@@ -124,15 +128,15 @@ fn case_5_7_first_up_shift() {
     v.inputs.throttle = 0.5;
     let chassis = v.chassis();
     let mut shifted = None;
-    for k in 0..20_000 {
+    for k in 0..12_000 {
         let mean = (0..4).map(|i| v.wheel_speed(i)).sum::<f64>() / 4.0;
-        v.step_with(1e-4, &mut |view, loads| stand(chassis, view, loads)).unwrap();
+        v.step_with(5e-4, &mut |view, loads| stand(chassis, view, loads)).unwrap();
         if v.gear() == 2 {
             shifted = Some((k, mean));
             break;
         }
     }
-    let (_, mean) = shifted.expect("no shift within 2 s");
+    let (_, mean) = shifted.expect("no shift within 6 s");
     relative("5.7", "mean wheel speed at the first up-shift", "rad/s", 10.472, mean, 2e-3);
 }
 

@@ -46,12 +46,13 @@ impl Body {
         if !e.iter().all(|x| x.is_finite() && *x > 0.0) {
             return fault("inertia", format!("{:?} kg m2 (principal)", e.as_slice()), "three positive moments");
         }
-        // The triangle inequality of moments of inertia, with 1 % for rounded data.
-        if most > (sum - most) * 1.01 {
+        // The triangle inequality of moments of inertia. Published data miss it by up to 12 % (the HMMWV's lower arms), which the equations
+        // of motion bear; beyond a quarter it is a slip of the pen.
+        if most > (sum - most) * 1.25 {
             return fault(
                 "inertia",
                 format!("{:?} kg m2 (principal)", e.as_slice()),
-                "no principal moment larger than the sum of the other two",
+                "no principal moment larger than 1.25 times the sum of the other two (1 for exact data)",
             );
         }
         Ok(())

@@ -15,7 +15,7 @@ use super::layout::{Cluster, Layout};
 pub(crate) fn cholesky(a: &mut [f64], n: usize, inv: &mut [f64]) -> Result<(), usize> {
     for k in 0..n {
         let pivot = a[k * n + k];
-        if !(pivot > inv[k]) {
+        if pivot.is_nan() || pivot <= inv[k] {
             return Err(k);
         }
         let s = 1.0 / pivot.sqrt();

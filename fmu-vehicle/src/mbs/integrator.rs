@@ -238,6 +238,8 @@ impl System {
 
     fn solve(&mut self, w: &mut Work) {
         self.factor.solve(&self.layout, &self.g, &self.inverse, &w.r, &w.ry, &w.d, &mut w.u, &mut w.y);
+        self.row_impulses.clear();
+        self.row_impulses.extend_from_slice(self.factor.impulses());
     }
 
     /// Adds the impulses of friction elements over `dt`, if any is on.
@@ -251,6 +253,7 @@ impl System {
         w.friction_y.resize(n.max(w.friction_y.len()), Vec::new());
         w.d.fill(0.0);
         let mut slip = vec![0.0; n];
+        let mut responses: Vec<Vec<f64>> = Vec::with_capacity(n);
         for (i, &f) in on.iter().enumerate() {
             w.r.iter_mut().for_each(|x| *x = [0.0; 6]);
             w.ry.fill(0.0);
@@ -260,6 +263,7 @@ impl System {
             u.resize(w.u.len(), [0.0; 6]);
             y.resize(w.y.len(), 0.0);
             self.factor.solve(&self.layout, &self.g, &self.inverse, &w.r, &w.ry, &w.d, u, y);
+            responses.push(self.factor.impulses().to_vec());
         }
         let mut d = vec![0.0; n * n];
         for (i, &f) in on.iter().enumerate() {
@@ -272,6 +276,7 @@ impl System {
         box_solve(&d, &slip, &limit, &mut p);
         for (i, &f) in on.iter().enumerate() {
             self.friction_torque[f] += p[i] / h;
+            self.row_impulses.iter_mut().zip(&responses[i]).for_each(|(l, r)| *l += r * p[i]);
             for (u, d) in w.u.iter_mut().zip(&w.friction_u[i]) {
                 (0..6).for_each(|t| u[t] += d[t] * p[i]);
             }
@@ -355,7 +360,7 @@ impl System {
         for (k, (p, ..)) in self.rows.iter().enumerate() {
             if self.joints[self.joint_of[k]] == name {
                 let r = self.layout.first_row[k];
-                out.extend_from_slice(&self.factor.impulses()[r..r + p.rows()]);
+                out.extend_from_slice(&self.row_impulses[r..r + p.rows()]);
             }
         }
         out

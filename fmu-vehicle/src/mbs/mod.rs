@@ -33,7 +33,7 @@ pub mod table;
 
 pub use body::{Body, BodyId, GROUND, Motion, Pose};
 pub use error::MbsError;
-pub use forces::{DamperLaw, Loads, SpringDamper, SpringLaw, Stops};
+pub use forces::{DamperLaw, Loads, SpringDamper, SpringLaw, Stops, View};
 pub use friction::FrictionId;
 pub use integrator::StepReport;
 pub use model::Model;

@@ -95,8 +95,13 @@ impl Model {
         self.motions[body.0].p
     }
 
-    /// Adds a spring-damper between points given at the design position (m).
-    pub fn spring(&mut self, pa_w: &Vec3, pb_w: &Vec3, mut spring: SpringDamper) {
+    /// A direction of a body's axes in W, at the design position.
+    pub fn direction(&self, body: BodyId, d_b: &Vec3) -> Vec3 {
+        self.motions[body.0].q * d_b
+    }
+
+    /// Adds a spring-damper between points given at the design position (m); its index.
+    pub fn spring(&mut self, pa_w: &Vec3, pb_w: &Vec3, mut spring: SpringDamper) -> usize {
         if (pa_w - pb_w).norm() < 1e-6 {
             let joint = spring.name.clone();
             self.faults.push(MbsError::Geometry { joint, what: format!("its two ends coincide at {pa_w:?}") });
@@ -104,6 +109,7 @@ impl Model {
         spring.p_ap = self.local_point(spring.a, pa_w);
         spring.p_bp = self.local_point(spring.b, pb_w);
         self.springs.push(spring);
+        self.springs.len() - 1
     }
 
     /// Lets `body` turn a shaft: the shaft's speed is the body's angular velocity about `axis_w`.

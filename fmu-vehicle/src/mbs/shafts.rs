@@ -46,6 +46,8 @@ pub struct ShaftNetwork {
 pub struct Reduction {
     /// Number of independent speeds; the coupled shafts come first, in the order of coupling.
     pub ny: usize,
+    /// The independent shafts.
+    pub independent: Vec<usize>,
     /// Shafts x ny, row-major.
     pub z: Vec<f64>,
     /// Shafts x 3.
@@ -101,6 +103,11 @@ impl ShaftNetwork {
     /// Two shafts joined end to end.
     pub fn join(&mut self, name: &str, a: ShaftId, b: ShaftId) -> GearId {
         self.push(name, vec![(a.0, 1.0), (b.0, -1.0)], Vec3::zeros())
+    }
+
+    /// A shaft fixed to the carrier along `d`: it turns with it, only its inertia counts.
+    pub fn fix(&mut self, name: &str, shaft: ShaftId, d: Vec3) -> GearId {
+        self.push(name, vec![(shaft.0, 1.0)], d)
     }
 
     fn push(&mut self, name: &str, terms: Vec<(usize, f64)>, carrier: Vec3) -> GearId {
@@ -194,6 +201,7 @@ impl ShaftNetwork {
             }
         }
         (m.z, m.b) = (z, b);
+        m.independent = independent;
         Ok(m)
     }
 }

@@ -47,6 +47,8 @@ pub struct System {
     pub(crate) poses: Vec<Pose>,
     pub(crate) g: Vec<[f64; 12]>,
     pub(crate) factor: Factor,
+    /// Impulses of the rows over the last half step, friction included.
+    pub(crate) row_impulses: Vec<f64>,
     pub(crate) loads: Loads,
     pub(crate) work: super::integrator::Work,
 }
@@ -97,6 +99,7 @@ impl System {
             poses: Vec::new(),
             g: Vec::new(),
             factor: Factor::default(),
+            row_impulses: Vec::new(),
             loads: Loads::default(),
             work: Default::default(),
         };
@@ -199,6 +202,10 @@ impl System {
     pub fn set_time(&mut self, time: f64) {
         self.time = time;
     }
+    /// Replaces gravity (m/s2, in W).
+    pub fn set_gravity(&mut self, g: Vec3) {
+        self.gravity = g;
+    }
     /// State of a body.
     pub fn motion(&self, body: BodyId) -> &Motion {
         &self.motions[body.0]
@@ -252,6 +259,27 @@ impl System {
     /// Mean torque (N m) of a friction element over the last step.
     pub fn friction_torque(&self, f: FrictionId) -> f64 {
         self.friction_torque[f.0]
+    }
+    /// Impulse (N m s) of the shaft that turns with `body` on it at the last solve, over half a step; `None` without such a shaft.
+    pub fn spin_impulse(&self, body: BodyId) -> Option<f64> {
+        let k = self.rows.iter().position(|(p, _, b)| *b == body.0 && p.of_velocity())?;
+        self.row_impulses.get(self.layout.first_row[k]).copied()
+    }
+    /// Gives shafts the speeds that follow from the bodies they turn with; independent ones keep theirs.
+    pub fn roll_shafts(&mut self) {
+        let mut y = vec![0.0; self.reduction.ny];
+        for (s, w) in self.shaft_speeds.iter().enumerate() {
+            if let Some(col) = self.reduction.independent.iter().position(|&i| i == s) {
+                y[col] = *w;
+            }
+        }
+        for (p, _, b) in &self.rows {
+            if let Primitive::Spin { axis_b, shaft } = p {
+                y[*shaft] = axis_b.dot(&self.motions[*b].w_body());
+            }
+        }
+        let carrier = self.motions[self.carrier].u;
+        self.reduction.speeds(&y, &carrier[3..], &mut self.shaft_speeds);
     }
     /// Changes the ratio of a coaxial gear along `d`; `None` is neutral. Speeds follow from the balance of momentum.
     ///

@@ -1,0 +1,77 @@
+//! Suspension templates: one file each. A template adds the bodies, joints and force elements of one axle to a model.
+//!
+//! To add one: a file with its specification (serde, schemars) that implements [`Template`], a variant of [`Suspension`] and a line in
+//! [`Suspension::template`].
+
+mod double_wishbone;
+pub mod elements;
+
+pub use double_wishbone::{DoubleWishbone, DoubleWishbonePoints};
+
+use crate::mbs::{BodyId, Model};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use terramech_fmi2::specification::Faults;
+use terramech_mechanics::Vec3;
+
+/// A suspension, by the name of its template.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Suspension {
+    /// Two control arms, upright, tie rod; spring and shock on the lower arm.
+    DoubleWishbone(DoubleWishbone),
+}
+
+impl Suspension {
+    /// The template behind the name.
+    pub fn template(&self) -> (&'static str, &dyn Template) {
+        match self {
+            Self::DoubleWishbone(s) => ("double_wishbone", s),
+        }
+    }
+}
+
+/// What a template needs to know of the vehicle. Everything is at the design position, where the chassis frame is the inertial one.
+pub struct AxleContext {
+    /// Name in messages, "axle 1".
+    pub name: String,
+    /// Origin of the template's points in the chassis frame (m).
+    pub origin: Vec3,
+    /// The chassis.
+    pub chassis: BodyId,
+    /// What the inner ends of the tie rods are fixed to: chassis or steering link.
+    pub tie_rod: BodyId,
+}
+
+/// One wheel's end of a suspension.
+#[derive(Clone, Copy, Debug)]
+pub struct Corner {
+    /// The turning part: carries the wheel.
+    pub spindle: BodyId,
+    /// The part the spindle turns in: takes the brake's reaction.
+    pub upright: BodyId,
+    /// Wheel centre at the design position (m).
+    pub center: Vec3,
+    /// Inertia of the axle shaft (kg m2).
+    pub axle_inertia: f64,
+    /// Index of the main spring among the model's spring-dampers.
+    pub spring: usize,
+    /// Index of the shock absorber.
+    pub shock: usize,
+}
+
+/// A suspension template.
+pub trait Template {
+    /// Collects what is wrong with its numbers; `path` is the JSON path of the template.
+    fn check(&self, path: &str, faults: &mut Faults);
+    /// Adds an axle, left corner first.
+    fn build(&self, model: &mut Model, c: &AxleContext) -> [Corner; 2];
+}
+
+/// A template's point for one side: `side` is 1 for the left, -1 for the right.
+pub(crate) fn at(c: &AxleContext, side: f64, p: [f64; 3]) -> Vec3 {
+    c.origin + Vec3::new(p[0], side * p[1], p[2])
+}
+
+/// Names of the sides.
+pub(crate) const SIDES: [(&str, f64); 2] = [("left", 1.0), ("right", -1.0)];
