@@ -1,5 +1,6 @@
 //! The block `dem_p`, and what the granular engine makes of a specification.
 
+use super::pairs::PairValues;
 use super::{BODIES, Fill, Radius, Soil, Surface, Terrain};
 use crate::dem::{self, Coefficients, Material, Recipe, Sample, Setup, Wall};
 use schemars::JsonSchema;
@@ -19,6 +20,8 @@ pub struct DemP {
     pub form: Form,
     /// Stiffness and damping for the form coefficients.
     pub coefficients: CoefficientValues,
+    /// Values that replace what the pair rules give (the lesser friction, restitution and adhesion).
+    pub pairs: Vec<PairValues>,
     /// How the tangential displacement is followed.
     pub tangential: Tangential,
     /// Whether the normal force before adhesion is clamped at zero. It raises the restitution of strongly damped contacts.
@@ -45,6 +48,7 @@ impl Default for DemP {
             law: Law::HertzMindlin,
             form: Form::Properties,
             coefficients: CoefficientValues::default(),
+            pairs: Vec::new(),
             tangential: Tangential::History,
             clamp_normal: false,
             rolling_damping: s.rolling_damping,
@@ -115,6 +119,10 @@ impl Default for CoefficientValues {
     }
 }
 
+pub(super) fn coefficients(c: CoefficientValues) -> Coefficients {
+    Coefficients { kn: c.kn, gn: c.gn, kt: c.kt, gt: c.gt }
+}
+
 impl DemP {
     pub(super) fn check(&self, f: &mut Faults, soil: &Soil) {
         if let Some(step) = self.step {
@@ -124,6 +132,9 @@ impl DemP {
         f.positive("dem_p.coefficients.kn", c.kn);
         for (path, x) in [("gn", c.gn), ("kt", c.kt), ("gt", c.gt)] {
             f.not_negative(&format!("dem_p.coefficients.{path}"), x);
+        }
+        for (k, pair) in self.pairs.iter().enumerate() {
+            pair.check(f, k);
         }
         f.within("dem_p.rolling_damping", self.rolling_damping, 0.0, 10.0);
         f.not_negative("dem_p.adhesion_time", self.adhesion_time);
@@ -156,8 +167,7 @@ impl Terrain {
     /// Young's modulus and Poisson's ratio of the first bodies, in place of `bodies.surface`.
     pub fn setup(&self, surfaces: &[[f64; 4]]) -> Setup {
         let p = &self.dem_p;
-        let c =
-            Coefficients { kn: p.coefficients.kn, gn: p.coefficients.gn, kt: p.coefficients.kt, gt: p.coefficients.gt };
+        let c = coefficients(p.coefficients);
         let s = &self.soil;
         let soil = Material {
             young_modulus: s.young_modulus,
@@ -184,7 +194,7 @@ impl Terrain {
             step: p.step.unwrap_or(0.0),
             gravity: self.bed.gravity,
             materials,
-            overrides: Vec::new(),
+            overrides: p.pairs.iter().flat_map(PairValues::overrides).collect(),
             law: match p.law {
                 Law::Hooke => dem::LawKind::Hooke,
                 Law::HertzMindlin => dem::LawKind::HertzMindlin,
@@ -251,7 +261,7 @@ impl Terrain {
     }
 }
 
-fn adhesion(a: super::Adhesion) -> dem::Adhesion {
+pub(super) fn adhesion(a: super::Adhesion) -> dem::Adhesion {
     dem::Adhesion { constant: a.constant, dmt: a.dmt, perko: a.perko, pressure: a.pressure }
 }
 
@@ -265,5 +275,18 @@ fn material(s: &Surface, coefficients: Coefficients) -> Material {
         spinning_friction: s.spinning_friction,
         adhesion: adhesion(s.adhesion),
         coefficients,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_step_is_below_the_critical_one_and_follows_the_bodies() {
+        let spec = Terrain::default();
+        let soft = spec.setup(&[]).step;
+        let stiff = spec.setup(&[[0.5, 0.1, 2e11, 0.3]]).step;
+        assert!(soft > 1e-5 && stiff < soft && stiff > 0.5 * soft, "{soft} {stiff}");
     }
 }

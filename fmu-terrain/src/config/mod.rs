@@ -5,9 +5,11 @@
 
 pub mod dem_p;
 mod other;
+pub mod pairs;
 
 pub use dem_p::DemP;
 pub use other::{DemC, Rigid, Scm};
+pub use pairs::{MaterialName, PairValues};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
