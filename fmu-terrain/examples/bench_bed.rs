@@ -162,9 +162,6 @@ fn lammps_data(n: usize, rows: &[[f64; 16]]) -> Outcome<String> {
 fn cpu_seconds() -> f64 {
     let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return 0.0 };
     let nanoseconds = |p: std::path::PathBuf| std::fs::read_to_string(p.join("schedstat")).ok();
-    tasks
-        .flatten()
-        .filter_map(|t| nanoseconds(t.path())?.split_whitespace().next()?.parse::<f64>().ok())
-        .sum::<f64>()
+    tasks.flatten().filter_map(|t| nanoseconds(t.path())?.split_whitespace().next()?.parse::<f64>().ok()).sum::<f64>()
         * 1e-9
 }

@@ -82,8 +82,9 @@ fn rests(pressure: f64, calm: f64) -> BedReport {
     let later = engine.state().kinetic_energy();
     println!("drift {drift:.2e} m, kinetic energy {energy:.2e} -> {later:.2e} J");
     assert!(drift < 1e-2 * 0.012);
-    // It decays, or stays at what 0.5 mm/s have: a bed that sways is caught at a still moment of its swing.
-    assert!(later <= energy || later < 1e-6 * weight * 0.012);
+    // It decays, or stays at what 2 mm/s have: a bed that sways is caught at a still moment of its swing. How far it
+    // sways is left to round-off (instruction paths differ by ten in energy); it dies away on all of them.
+    assert!(later <= energy || later < 2e-5 * weight * 0.012, "{energy} -> {later} J");
     report
 }
 

@@ -1,4 +1,7 @@
-//! The one room for processor intrinsics: denormal mode and, later, contact kernels.
+//! The one room for processor intrinsics: instruction sets chosen at run time, contact kernels, denormal mode.
+//!
+//! [`Isa`] says which instruction path runs ([`Isa::chosen`]; the variable `TERRAMECH_ISA` pins it); [`contact`] holds
+//! the batch kernels.
 //!
 //! A numerical kernel that meets denormal numbers (a contact history that decays, a force that fades) can slow down by
 //! a factor of ten and more. [`FlushDenormals`] switches the calling thread to flush-to-zero for the length of a scope
@@ -15,6 +18,13 @@
 //! assert!(tiny / 2.0 > 0.0);
 //! ```
 
+pub mod contact;
 mod denormal;
+mod dispatch;
+mod isa;
+mod lanes;
 
 pub use denormal::FlushDenormals;
+pub use dispatch::{Kernel, active, dispatch};
+pub use isa::{Isa, VARIABLE as ISA_VARIABLE};
+pub use lanes::{Lanes, WIDTH};

@@ -4,6 +4,7 @@
 //! slab; sum what the grains did to bodies and walls, in slab order; integrate (semi-implicit Euler), slab by slab. Two
 //! parallel phases, two barriers. See [`super::slab`] for why no thread count changes a bit.
 
+use super::batch::BatchKernel;
 use super::body::Body;
 use super::contact::Options;
 use super::diagnostics::{Show, Touched};
@@ -19,6 +20,7 @@ use super::team::Team;
 use super::vec3::Vec3;
 use super::wall::Wall;
 use std::sync::Arc;
+use terramech_simd::{ISA_VARIABLE, Isa};
 
 /// What a bed is made of and how it is computed: constant during a run, not part of the state.
 #[derive(Clone, Debug)]
@@ -111,6 +113,8 @@ pub struct CpuEngine {
     setup: Setup,
     pairs: PairTable,
     rolling: bool,
+    isa: Isa,
+    batch: Option<BatchKernel>,
     state: DemState,
     scratch: Vec<Scratch>,
     team: Arc<Team>,
@@ -143,13 +147,37 @@ impl CpuEngine {
     /// Goes on from a saved state.
     ///
     /// # Errors
-    /// The system refuses the threads.
+    /// The system refuses the threads; `TERRAMECH_ISA` names no instruction path of this processor.
     pub fn with_state(setup: Setup, state: DemState, threads: usize) -> Result<Self, DemError> {
         let pairs = PairTable::new(&setup.materials, &setup.overrides);
         let rolling = pairs.any_rolling();
         let mut state = state;
         state.stale |= rolling && state.slabs.iter().any(|s| s.roll.len() != s.other.len());
-        Ok(Self { pairs, rolling, setup, state, scratch: Vec::new(), team: Arc::new(Team::new(threads)?) })
+        let isa = Isa::chosen().map_err(|why| {
+            let given = std::env::var(ISA_VARIABLE).unwrap_or_default();
+            DemError::parameter(ISA_VARIABLE, given, why)
+        })?;
+        let batch = BatchKernel::of(&setup, &pairs, isa);
+        let team = Arc::new(Team::new(threads)?);
+        Ok(Self { pairs, rolling, isa, batch, setup, state, scratch: Vec::new(), team })
+    }
+
+    /// The instruction path that contacts are computed on.
+    pub fn isa(&self) -> Isa {
+        self.isa
+    }
+
+    /// Computes contacts on another instruction path. Results differ by round-off.
+    ///
+    /// # Errors
+    /// This processor lacks it.
+    pub fn set_isa(&mut self, isa: Isa) -> Result<(), DemError> {
+        if !isa.runs_here() {
+            return Err(DemError::parameter("instruction path", isa.name(), format!("{} here", Isa::widest())));
+        }
+        self.isa = isa;
+        self.batch = BatchKernel::of(&self.setup, &self.pairs, isa);
+        Ok(())
     }
 
     /// Whether any pair of materials adheres.
@@ -242,8 +270,14 @@ impl CpuEngine {
         let options = self.options();
         let state = &mut self.state;
         self.scratch.resize_with(state.slabs.len(), Scratch::default);
-        let world =
-            World { rows: &state.rows, pairs: &self.pairs, walls: &self.setup.walls, bodies: &*bodies, options };
+        let world = World {
+            rows: &state.rows,
+            pairs: &self.pairs,
+            walls: &self.setup.walls,
+            bodies: &*bodies,
+            batch: self.batch.as_ref(),
+            options,
+        };
         run_contacts(&self.setup, self.rolling, &world, &self.team, &mut state.slabs, &mut self.scratch);
 
         state.wall_force.fill([0.0; 3]);
@@ -389,7 +423,9 @@ impl GrainEngine for CpuEngine {
         let mut options = self.options();
         (options.h, options.adhesion_growth) = (0.0, 0.0);
         let state = &self.state;
-        let world = World { rows: &state.rows, pairs: &self.pairs, walls: &self.setup.walls, bodies, options };
+        // No batch kernel: it shows its contacts to nobody.
+        let (rows, walls) = (&state.rows, &self.setup.walls);
+        let world = World { rows, pairs: &self.pairs, walls, bodies, batch: None, options };
         let mut show = Show { world: &world, setup: &self.setup, to: observer };
         for slab in &state.slabs {
             let mut slab = slab.clone();

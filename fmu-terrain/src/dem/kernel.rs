@@ -1,5 +1,5 @@
-//! The contact kernels of one slab: grain-grain, grain-wall, grain-body. Scalar and portable; the reference for any
-//! vector kernel.
+//! The contact kernels of one slab: grain-grain, grain-wall, grain-body. Scalar and portable; the reference for the
+//! vector kernel of [`super::batch`].
 
 use super::body::{Body, BodyLoad, BodyTouch};
 use super::contact::{Load, Options, Roll, Slip, Touch, evaluate};
@@ -21,6 +21,8 @@ pub struct World<'a> {
     pub walls: &'a [Wall],
     /// Bodies, moved to this step's time.
     pub bodies: &'a [Body],
+    /// Batch kernel for grain-grain contacts; none: the loop of this file, the reference.
+    pub batch: Option<&'a super::batch::BatchKernel>,
     /// Step and switches.
     pub options: Options,
 }
@@ -57,7 +59,10 @@ pub fn contacts<L: Law, const ROLL: bool>(
 ) {
     scratch.force.clear();
     scratch.force.resize((slab.halo - slab.first) as usize, [0.0; 8]);
-    grain_grain::<L, ROLL>(law, world, slab, scratch, observer);
+    match world.batch {
+        Some(batch) => batch.run(world.rows, &world.options, slab, scratch),
+        None => grain_grain::<L, ROLL>(law, world, slab, scratch, observer),
+    }
     grain_wall::<L, ROLL>(law, world, slab, scratch, observer);
     grain_body::<L, ROLL>(law, world, slab, scratch, observer);
 }

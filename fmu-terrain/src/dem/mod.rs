@@ -19,7 +19,7 @@
 //! | [`grains`] | rows of 16 reals, the state |
 //! | [`grid`], [`rebuild`](mod@rebuild), [`slab`] | sort, pair lists, regions |
 //! | [`material`], [`law`], [`contact`] | what a contact does |
-//! | [`kernel`], [`wall`], [`body`], [`cylinder`] | loops over contacts |
+//! | [`kernel`], [`batch`], [`wall`], [`body`], [`cylinder`] | loops over contacts |
 //! | [`engine`], [`team`], [`limits`] | the step, threads, the critical step |
 //! | [`sample`](mod@sample), [`settle`](mod@settle), [`surface`] | making a bed and measuring it |
 //!
@@ -27,6 +27,7 @@
 //! same bits for any number of threads. The state is plain data, saved whole; engines and scratch memory hold
 //! nothing that the next step needs.
 
+pub mod batch;
 pub mod body;
 pub mod contact;
 pub mod cylinder;

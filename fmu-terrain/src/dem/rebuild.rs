@@ -126,6 +126,7 @@ impl Search<'_> {
         slab.start.reserve(count + 1);
         slab.start.push(0);
         slab.other.reserve(5 * count);
+        slab.owner.reserve(5 * count);
         slab.slip.reserve(5 * count);
         let mut deep = None;
         for i in first..last {
@@ -140,6 +141,7 @@ impl Search<'_> {
             }
         }
         slab.other.shrink_to_fit();
+        slab.owner.shrink_to_fit();
         slab.slip.shrink_to_fit();
         (slab, deep)
     }
@@ -174,6 +176,7 @@ impl Search<'_> {
                 }
             }
         }
+        slab.owner.resize(slab.other.len(), i);
         for p in before..slab.other.len() {
             let (slip, roll) = self.pair_history(i, slab.other[p]).unwrap_or_default();
             slab.slip.push(slip);

@@ -57,6 +57,8 @@ pub struct Slab {
     pub start: Vec<u32>,
     /// Places of the partners, ascending for each grain.
     pub other: Vec<u32>,
+    /// Place of the grain whose pair it is, for each pair: what `start` says, as the batch kernels read it.
+    pub owner: Vec<u32>,
     /// Histories of the pairs.
     pub slip: Vec<Slip>,
     /// Histories of rolling; empty where nothing resists it.
@@ -77,6 +79,7 @@ impl Slab {
     pub fn memory(&self) -> usize {
         bytes(&self.start)
             + bytes(&self.other)
+            + bytes(&self.owner)
             + bytes(&self.slip)
             + bytes(&self.roll)
             + bytes(&self.walls)

@@ -17,7 +17,7 @@ pub struct HertzMindlin {
 }
 
 /// 2 sqrt(5/6)
-pub(super) const TWO_SQRT_5_6: f64 = 1.825_741_858_350_553_7;
+pub(crate) const TWO_SQRT_5_6: f64 = 1.825_741_858_350_553_7;
 
 impl Law for HertzMindlin {
     #[inline(always)]
