@@ -58,7 +58,7 @@ fn rigid_motion_stores_no_energy() {
     let (scale, _) = kernel::energy(&kind, 0.0, &plus(&q, 1.0, &wobble(1.3, 1e-3)), &ZERO);
     let (energy, _) = kernel::energy(&kind, 0.0, &moved, &ZERO);
     assert!(energy.abs() < 1e-20 * scale.max(1.0), "{energy} against {scale}");
-    let (force, _) = kernel::force(&kind, &NO_LOADS, &moved, &ZERO, &ZERO);
+    let (force, _) = kernel::force::<f64>(&kind, &NO_LOADS, &moved, &ZERO, &ZERO);
     assert!(force.iter().all(|f| f.abs() < 1e-6), "{force:?}");
     // A rigid rotation rate dissipates nothing.
     let omega = Vector3::new(1.0, 2.0, -0.5);
@@ -75,7 +75,7 @@ fn force_is_the_gradient_of_the_energy() {
     let q = curved();
     let kind = ElementType::new(&q, &layers()).unwrap();
     let x = plus(&q, 1.0, &wobble(1.3, 8e-3));
-    let (force, _) = kernel::force(&kind, &NO_LOADS, &x, &ZERO, &ZERO);
+    let (force, _) = kernel::force::<f64>(&kind, &NO_LOADS, &x, &ZERO, &ZERO);
     let size = force.iter().fold(0.0f64, |m, f| m.max(f.abs()));
     for c in 0..COORDS {
         let mut unit = ZERO;
@@ -108,14 +108,14 @@ fn tangent_is_the_derivative_of_the_force() {
             }
         }
     };
-    check(kernel::tangent::<false>(&kind, &loads, &x, Some(&v), &w(1.0, 0.0, 0.0)), 1e-6, &|h, u| {
-        kernel::force(&kind, &loads, &plus(&x, h, u), &v, &a).0
+    check(kernel::dispatched_tangent(&kind, &loads, &x, Some(&v), &w(1.0, 0.0, 0.0)), 1e-6, &|h, u| {
+        kernel::force::<f64>(&kind, &loads, &plus(&x, h, u), &v, &a).0
     });
-    check(kernel::tangent::<false>(&kind, &loads, &x, Some(&v), &w(0.0, 1.0, 0.0)), 1.0, &|h, u| {
-        kernel::force(&kind, &loads, &x, &plus(&v, h, u), &a).0
+    check(kernel::dispatched_tangent(&kind, &loads, &x, Some(&v), &w(0.0, 1.0, 0.0)), 1.0, &|h, u| {
+        kernel::force::<f64>(&kind, &loads, &x, &plus(&v, h, u), &a).0
     });
-    check(kernel::tangent::<false>(&kind, &loads, &x, Some(&v), &w(0.0, 0.0, 1.0)), 1e4, &|h, u| {
-        kernel::force(&kind, &loads, &x, &v, &plus(&a, h, u)).1.map(|m| -m)
+    check(kernel::dispatched_tangent(&kind, &loads, &x, Some(&v), &w(0.0, 0.0, 1.0)), 1e4, &|h, u| {
+        kernel::force::<f64>(&kind, &loads, &x, &v, &plus(&a, h, u)).1.map(|m| -m)
     });
 }
 

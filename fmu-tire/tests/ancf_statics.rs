@@ -25,7 +25,7 @@ fn run(
 ) -> Result<StaticCost, AncfError> {
     let mut assembly = Assembly::new(mesh, fixed, Precision::Double)?;
     let mut q = mesh.reference().to_vec();
-    let problem = StaticProblem { mesh, pressure: 0.0, gravity, external };
+    let problem = StaticProblem { mesh, pressure: 0.0, gravity, body_loads_in_full: false, external };
     solve(&problem, &mut assembly, &mut q, 0.0, stops, &options, &mut at)
 }
 

@@ -2,9 +2,10 @@
 
 use super::AncfError;
 use super::kernel::{self, Loads, TangentWeights};
-use super::mesh::{NODE, ShellMesh, gather};
+use super::mesh::{NODE, ShellMesh};
 use super::strain::COORDS;
 use terramech_mechanics::sparse::{Precision, SymmetricPattern, SymmetricSolver, block_order};
+use terramech_simd::{Kernel, Lanes, active, dispatch};
 
 /// Which coordinates of a node are prescribed: position x, y, z, director x, y, z.
 pub type Fixed = [bool; NODE];
@@ -111,6 +112,11 @@ impl Assembly {
         self.node_of.is_empty()
     }
 
+    /// Block of six rows of a node, if it is free.
+    pub fn block(&self, node: u32) -> Option<u32> {
+        self.block_of.get(node as usize).copied().filter(|&b| b != NONE)
+    }
+
     /// Node of each block of six rows.
     pub fn free_nodes(&self) -> &[u32] {
         &self.node_of
@@ -169,10 +175,7 @@ impl Assembly {
         extra: &[(u32, [[f64; 3]; 3])],
     ) {
         self.values.fill(0.0);
-        for (e, shell) in mesh.shells().iter().enumerate() {
-            let k = kernel::tangent::<false>(mesh.kind(e), loads, &gather(q, &shell.nodes), None, weights);
-            self.scatter_element(e, shell.nodes.map(|n| self.block_of[n as usize]), &k);
-        }
+        dispatch(active(), Tangents { assembly: self, mesh, loads, q, weights });
         for (node, block) in extra {
             let column = self.block_of[*node as usize];
             if column != NONE {
@@ -189,12 +192,27 @@ impl Assembly {
         }
     }
 
+    /// Factorises what [`assemble`](Self::assemble) left.
+    ///
+    /// # Errors
+    /// [`AncfError::Sparse`].
+    pub fn factorise(&mut self) -> Result<(), AncfError> {
+        Ok(self.solver.factor(&self.values)?)
+    }
+
+    /// Mean of the diagonal over each free node's position in what was assembled last, N/m, by block.
+    pub fn mean_diagonal(&self) -> Vec<f64> {
+        let at = |b: usize, k: usize| self.values[self.place(b, 0, k, k)];
+        (0..self.node_of.len()).map(|b| (at(b, 0) + at(b, 1) + at(b, 2)) / 3.0).collect()
+    }
+
     /// Solves with the kept factor, in place.
     pub fn solve(&mut self, free: &mut [f64]) {
         self.solver.solve_in_place(free);
     }
 
     /// Index of a value: block column, block below the diagonal (0 = diagonal), row and column inside the block.
+    #[inline(always)]
     fn place(&self, column: usize, block: usize, r: usize, c: usize) -> usize {
         let below = NODE * self.below[column] as usize;
         // Columns 0..c of the block column have NODE - i + below entries each.
@@ -202,6 +220,7 @@ impl Assembly {
         if block == 0 { start + r - c } else { start + NODE - c + NODE * (block - 1) + r }
     }
 
+    #[inline(always)]
     fn scatter_element(&mut self, e: usize, blocks: [u32; 4], k: &[[f64; COORDS]; COORDS]) {
         for a in 0..4 {
             for b in 0..4 {
@@ -230,6 +249,34 @@ impl Assembly {
                     self.values[place] = f64::from(u8::from(row == column));
                 }
             }
+        }
+    }
+}
+
+/// The element work of [`Assembly::assemble`].
+struct Tangents<'a> {
+    assembly: &'a mut Assembly,
+    mesh: &'a ShellMesh,
+    loads: &'a Loads,
+    q: &'a [f64],
+    weights: &'a TangentWeights,
+}
+
+impl Kernel for Tangents<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (e, shell) in self.mesh.shells().iter().enumerate() {
+            let mut local = [0.0; COORDS];
+            let mut blocks = [0; 4];
+            for corner in 0..4 {
+                let node = shell.nodes[corner] as usize;
+                local[NODE * corner..NODE * corner + NODE].copy_from_slice(&self.q[NODE * node..NODE * node + NODE]);
+                blocks[corner] = self.assembly.block_of[node];
+            }
+            let k = kernel::tangent::<L>(self.mesh.kind(e), self.loads, &local, None, self.weights);
+            self.assembly.scatter_element(e, blocks, &k);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::mesh::NODE;
 
-/// A symmetric 3 x 3 block on the position of a node, N/m.
+/// A 3 x 3 block on the position of a node, N/m.
 pub type Block = (u32, [[f64; 3]; 3]);
 
 /// A load on the nodes of a mesh.
@@ -10,7 +10,7 @@ pub trait External {
     /// Adds the force (6 per node: N, N m) at `scale` times full load. `time` in s.
     fn add_force(&self, scale: f64, time: f64, q: &[f64], v: &[f64], force: &mut [f64]);
 
-    /// Appends `stiffness x (-df/dq) + velocity x (-df/dv)` as symmetric blocks; whatever is left out costs iterations, not accuracy.
+    /// Appends `stiffness x (-df/dq) + velocity x (-df/dv)` as blocks; whatever is left out costs iterations, not accuracy.
     fn add_tangent(&self, scale: f64, stiffness: f64, velocity: f64, q: &[f64], v: &[f64], blocks: &mut Vec<Block>) {
         let _ = (scale, stiffness, velocity, q, v, blocks);
     }

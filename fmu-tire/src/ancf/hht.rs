@@ -9,18 +9,24 @@
 
 use super::AncfError;
 use super::assembly::Assembly;
-use super::external::External;
+use super::external::{Block, External};
 use super::kernel::{Loads, TangentWeights};
 use super::mesh::{ForceBuffer, NODE, ShellMesh};
 use super::statics::correction_norm;
+use super::update::Update;
+use nalgebra::{Matrix3, Vector3};
+use std::collections::BTreeMap;
 
 /// Steps after which the contraction is measured again.
 pub const REMEASURE: usize = 16;
-/// Contraction beyond which the tangent is renewed.
-const SLOW: f64 = 0.5;
+/// Contraction beyond which the tangent is renewed before the next step.
+const SLOW: f64 = 0.2;
+/// A first correction this much larger than the least since the tangent was renewed has its contraction measured: errors of stiff modes
+/// that the old tangent no longer damps grow from step to step.
+const GROWN: f64 = 8.0;
 
 /// Position, velocity and acceleration of all coordinates, 6 per node, and the force of the last step's end.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ShellState {
     /// Time, s.
     pub time: f64,
@@ -87,6 +93,19 @@ pub struct HhtCost {
     pub factorisations: usize,
 }
 
+/// What determines the kept tangent: with it, a restored run goes on with the same bits.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct KeptTangent {
+    /// Step it was factorised for, s; `None` if no tangent is kept.
+    step: Option<f64>,
+    /// Coordinates it was assembled at.
+    q: Vec<f64>,
+    blocks: Vec<Block>,
+    rho: f64,
+    least: Option<f64>,
+    since_measured: usize,
+}
+
 /// The integrator: iteration matrix and scratch memory. The state is separate.
 #[derive(Debug)]
 pub struct Hht {
@@ -96,11 +115,23 @@ pub struct Hht {
     pub cost: HhtCost,
     assembly: Assembly,
     step_of_factor: f64,
+    /// For each block, the block of the factor whose place it has taken.
+    places: Option<Vec<u32>>,
+    /// Local axes of the free nodes when the tangent was factorised, and their rotation since.
+    axes: Vec<Matrix3<f64>>,
+    turns: Vec<Matrix3<f64>>,
+    turned: Vec<f64>,
+    least: f64,
+    first: f64,
+    update: Update,
+    blocks: Vec<Block>,
+    kept: KeptTangent,
     rho: f64,
     since_measured: usize,
     buffer: ForceBuffer,
     trial: ShellState,
     relative: Vec<f64>,
+    reaction: Vec<f64>,
     free: Vec<f64>,
 }
 
@@ -113,17 +144,76 @@ impl Hht {
             free: vec![0.0; assembly.len()],
             assembly,
             step_of_factor: f64::NAN,
+            places: None,
+            axes: Vec::new(),
+            turns: Vec::new(),
+            turned: Vec::new(),
+            least: f64::INFINITY,
+            first: 0.0,
+            update: Update::default(),
+            blocks: Vec::new(),
+            kept: KeptTangent::default(),
             rho: 1.0,
             since_measured: 0,
             buffer: ForceBuffer::default(),
             trial: ShellState::at_rest(mesh.reference().to_vec()),
             relative: vec![0.0; NODE * mesh.node_count()],
+            reaction: vec![0.0; NODE * mesh.node_count()],
         }
     }
 
     /// The assembly.
     pub fn assembly(&self) -> &Assembly {
         &self.assembly
+    }
+
+    /// The assembly, to solve statics with. Forgets the kept tangent.
+    pub fn assembly_mut(&mut self) -> &mut Assembly {
+        self.forget_tangent();
+        &mut self.assembly
+    }
+
+    /// Says which block of the factorised system each block has become: a body of revolution that has turned by a division is the same body
+    /// with its nodes renamed. `None`: each its own. A renewed tangent resets it.
+    pub fn set_places(&mut self, places: Option<Vec<u32>>) {
+        self.places = places;
+    }
+
+    /// What determines the kept tangent.
+    pub fn kept(&self) -> KeptTangent {
+        if !self.has_tangent() {
+            return KeptTangent::default();
+        }
+        KeptTangent {
+            step: Some(self.step_of_factor),
+            rho: self.rho,
+            least: self.least.is_finite().then_some(self.least),
+            since_measured: self.since_measured,
+            ..self.kept.clone()
+        }
+    }
+
+    /// Builds the tangent again that another integrator of the same mesh kept.
+    ///
+    /// # Errors
+    /// [`AncfError::Sparse`].
+    pub fn restore_kept(&mut self, mesh: &ShellMesh, loads: &Loads, kept: &KeptTangent) -> Result<(), AncfError> {
+        self.forget_tangent();
+        if let Some(h) = kept.step {
+            let alpha = self.options.alpha;
+            let (gamma, beta) = (0.5 * (1.0 - 2.0 * alpha), 0.25 * (1.0 - alpha) * (1.0 - alpha));
+            self.kept = kept.clone();
+            self.factor_kept(mesh, loads, h, gamma, beta)?;
+            self.rho = kept.rho;
+            self.least = kept.least.unwrap_or(f64::INFINITY);
+            self.since_measured = kept.since_measured;
+        }
+        Ok(())
+    }
+
+    /// Whether a tangent is kept.
+    pub fn has_tangent(&self) -> bool {
+        !self.step_of_factor.is_nan()
     }
 
     /// Forgets the kept tangent, so that what follows depends on the state alone.
@@ -165,6 +255,12 @@ impl Hht {
         Ok(())
     }
 
+    /// The force that constraints exerted over the last step, `M (a - g) - (1 + alpha) F' + alpha F`, all coordinates, N and N m: zero on
+    /// free nodes within the tolerance.
+    pub fn reaction(&self) -> &[f64] {
+        &self.reaction
+    }
+
     /// One step of `h` seconds. `prescribe` writes the coordinates, rates and second derivatives of the constrained nodes at the end of
     /// the step. On failure the state is as before the step.
     ///
@@ -181,8 +277,9 @@ impl Hht {
         let (gamma, beta) = (0.5 * (1.0 - 2.0 * alpha), 0.25 * (1.0 - alpha) * (1.0 - alpha));
         let end = state.time + h;
         let mut last = f64::INFINITY;
-        // First with the kept tangent, then with one renewed at every iteration.
-        for full in [false, true] {
+        // First with the kept tangent, then with a fresh one, then with one renewed at every iteration.
+        for attempt in 0..3 {
+            let full = attempt == 2;
             if !full && !self.options.keep_tangent {
                 continue;
             }
@@ -190,6 +287,9 @@ impl Hht {
             self.trial.time = end;
             let ShellState { q, v, a, .. } = &mut self.trial;
             prescribe(q, v, a);
+            if !full && self.step_of_factor == h {
+                self.follow(dynamics.mesh);
+            }
             for iteration in 1..=self.options.iterations {
                 if full || self.step_of_factor != h {
                     self.renew(dynamics, h, gamma, beta)?;
@@ -199,12 +299,15 @@ impl Hht {
                 if !last.is_finite() {
                     break;
                 }
-                if iteration > 1 && !full {
+                if iteration == 1 {
+                    self.first = last;
+                } else if !full {
                     self.rho = last / previous;
                     self.since_measured = 0;
                 }
                 if self.converged(full, iteration, last) {
                     self.accept(state);
+                    self.least = self.least.min(self.first);
                     if self.rho > SLOW {
                         self.forget_tangent();
                     }
@@ -232,7 +335,8 @@ impl Hht {
             return last <= tolerance;
         }
         // Far below the tolerance, corrections are round-off and say nothing about contraction.
-        let measured = iteration > 1 || (self.rho < SLOW && self.since_measured < REMEASURE);
+        let grown = last > GROWN * self.least;
+        let measured = iteration > 1 || (self.rho < SLOW && self.since_measured < REMEASURE && !grown);
         last <= 1e-3 * tolerance || (measured && self.rho < 1.0 && last * self.rho / (1.0 - self.rho) <= tolerance)
     }
 
@@ -252,16 +356,67 @@ impl Hht {
         let mut trial = std::mem::replace(&mut self.trial, ShellState::at_rest(Vec::new()));
         self.evaluate(dynamics, &mut trial);
         for i in 0..trial.q.len() {
-            self.relative[i] = (1.0 + alpha) * trial.force[i] - alpha * state.force[i] - trial.inertia[i];
+            self.reaction[i] = trial.inertia[i] - (1.0 + alpha) * trial.force[i] + alpha * state.force[i];
         }
-        self.assembly.restrict(&self.relative, &mut self.free);
-        self.assembly.solve(&mut self.free);
+        self.assembly.restrict(&self.reaction, &mut self.free);
+        self.free.iter_mut().for_each(|x| *x = -*x);
+        let weights = self.weights(h, gamma, beta);
+        self.blocks.clear();
+        dynamics.external.add_tangent(1.0, weights.stiffness, weights.velocity, &trial.q, &trial.v, &mut self.blocks);
+        self.solve_in_frame();
         self.assembly.add_to(&mut trial.q, 1.0, &self.free);
         self.assembly.add_to(&mut trial.v, gamma / (beta * h), &self.free);
         self.assembly.add_to(&mut trial.a, 1.0 / (beta * h * h), &self.free);
         self.trial = trial;
         self.cost.iterations += 1;
         correction_norm(dynamics.mesh, &self.assembly, &self.free)
+    }
+
+    /// Rotations of the free nodes' local axes since the tangent was factorised. Solves are done in those axes, `K(R u) = R K R'` node by
+    /// node: exact for a rigid turn, and good where the shell turns locally.
+    fn follow(&mut self, mesh: &ShellMesh) {
+        let now = local_axes(mesh, &self.assembly, &self.trial.q);
+        let place = |b: usize| self.places.as_ref().map_or(b, |p| p[b] as usize);
+        self.turns = now.iter().enumerate().map(|(b, axes)| axes * self.axes[place(b)].transpose()).collect();
+    }
+
+    /// Solves for `free` with the kept factor in its axes, corrected for the present contacts.
+    fn solve_in_frame(&mut self) {
+        let place = |b: usize| self.places.as_ref().map_or(b, |p| p[b] as usize);
+        self.turned.resize(self.free.len(), 0.0);
+        for (b, r) in self.turns.iter().enumerate() {
+            for half in [0, 3] {
+                let x = Vector3::from_column_slice(&self.free[NODE * b + half..NODE * b + half + 3]);
+                let to = NODE * place(b) + half;
+                self.turned[to..to + 3].copy_from_slice(r.tr_mul(&x).as_slice());
+            }
+        }
+        let mut now = BTreeMap::new();
+        for (node, block) in &self.blocks {
+            if let Some(b) = self.assembly.block(*node) {
+                let (r, m) = (&self.turns[b as usize], Matrix3::from_fn(|i, j| block[i][j]));
+                now.insert(place(b as usize) as u32, r.transpose() * m * r);
+            }
+        }
+        self.update.solve(&mut self.assembly, &now, &mut self.turned);
+        for (b, r) in self.turns.iter().enumerate() {
+            for half in [0, 3] {
+                let from = NODE * place(b) + half;
+                let y = r * Vector3::from_column_slice(&self.turned[from..from + 3]);
+                self.free[NODE * b + half..NODE * b + half + 3].copy_from_slice(y.as_slice());
+            }
+        }
+    }
+
+    fn weights(&self, h: f64, gamma: f64, beta: f64) -> TangentWeights {
+        let factor = 1.0 + self.options.alpha;
+        TangentWeights {
+            stiffness: factor,
+            velocity: factor * gamma / (beta * h),
+            mass: 1.0 / (beta * h * h),
+            pressure: true,
+            geometric: true,
+        }
     }
 
     /// Takes the trial state over. Its force is that before the last correction, which is below the tolerance.
@@ -273,24 +428,64 @@ impl Hht {
 
     /// Assembles and factorises the tangent at the trial state.
     fn renew(&mut self, dynamics: &Dynamics<'_>, h: f64, gamma: f64, beta: f64) -> Result<(), AncfError> {
-        let factor = 1.0 + self.options.alpha;
-        let weights = TangentWeights {
-            stiffness: factor,
-            velocity: factor * gamma / (beta * h),
-            mass: 1.0 / (beta * h * h),
-            pressure: true,
-            geometric: true,
-        };
-        let mut blocks = Vec::new();
+        let weights = self.weights(h, gamma, beta);
         let ShellState { q, v, .. } = &self.trial;
-        dynamics.external.add_tangent(1.0, weights.stiffness, weights.velocity, q, v, &mut blocks);
-        self.step_of_factor = f64::NAN;
-        self.assembly.factor(dynamics.mesh, &dynamics.loads, q, &weights, &blocks)?;
-        self.step_of_factor = h;
-        self.rho = 1.0;
+        self.kept.blocks.clear();
+        dynamics.external.add_tangent(1.0, weights.stiffness, weights.velocity, q, v, &mut self.kept.blocks);
+        self.kept.q.clone_from(q);
+        self.factor_kept(dynamics.mesh, &dynamics.loads, h, gamma, beta)?;
         self.cost.factorisations += 1;
         Ok(())
     }
+
+    fn factor_kept(&mut self, mesh: &ShellMesh, loads: &Loads, h: f64, gamma: f64, beta: f64) -> Result<(), AncfError> {
+        let weights = self.weights(h, gamma, beta);
+        self.step_of_factor = f64::NAN;
+        let KeptTangent { q, blocks, .. } = &self.kept;
+        self.assembly.factor(mesh, loads, q, &weights, blocks)?;
+        // The factor holds the symmetric part.
+        let mut base = BTreeMap::new();
+        for (node, block) in blocks {
+            if let Some(b) = self.assembly.block(*node) {
+                base.insert(b, Matrix3::from_fn(|i, j| 0.5 * (block[i][j] + block[j][i])));
+            }
+        }
+        self.update.reset(base);
+        self.step_of_factor = h;
+        self.places = None;
+        self.axes = local_axes(mesh, &self.assembly, q);
+        self.turns = vec![Matrix3::identity(); self.axes.len()];
+        self.least = f64::INFINITY;
+        self.rho = 1.0;
+        Ok(())
+    }
+}
+
+/// Axes of the free nodes: third along the director, first along the elements' local x.
+fn local_axes(mesh: &ShellMesh, assembly: &Assembly, q: &[f64]) -> Vec<Matrix3<f64>> {
+    let mut along = vec![Vector3::zeros(); mesh.node_count()];
+    let position = |n: u32| Vector3::from_column_slice(&q[NODE * n as usize..NODE * n as usize + 3]);
+    for shell in mesh.shells() {
+        let [a, b, c, d] = shell.nodes;
+        for (from, to) in [(a, b), (d, c)] {
+            let edge = position(to) - position(from);
+            along[from as usize] += edge;
+            along[to as usize] += edge;
+        }
+    }
+    assembly
+        .free_nodes()
+        .iter()
+        .map(|&n| {
+            let first = NODE * n as usize + 3;
+            let third = Vector3::from_column_slice(&q[first..first + 3]).normalize();
+            let along = along[n as usize];
+            let x = (along - third * third.dot(&along)).normalize();
+            let axes = Matrix3::from_columns(&[x, third.cross(&x), third]);
+            // Where an element has collapsed there is no direction: any axes are as good.
+            if axes.iter().all(|v| v.is_finite()) { axes } else { Matrix3::identity() }
+        })
+        .collect()
 }
 
 /// `a - g` on positions.

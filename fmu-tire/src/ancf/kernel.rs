@@ -1,8 +1,8 @@
 //! Forces and tangents of elements, one or eight at a time.
 
 use super::element::ElementType;
-use super::lane::{Lane, Pack, WIDTH};
 use super::strain::{COORDS, Frame, GAUSS, STRAINS, cross};
+use terramech_simd::{Lanes as Lane, WIDTH};
 
 /// What acts on an element besides its elasticity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,34 +129,51 @@ pub struct TangentWeights {
 
 /// Element tangent, row by row: column c is the response to a unit change of coordinate c. The part of -dF/dq from the strain rate is
 /// included when `v` is given; it is not symmetric and smaller than the velocity part by (turning rate x step).
+///
+/// `L` must carry eight lanes: each is one unit displacement.
 #[inline(always)]
-pub fn tangent<const FUSED: bool>(
+pub fn tangent<L: Lane>(
     kind: &ElementType,
     loads: &Loads,
     q: &[f64; COORDS],
     v: Option<&[f64; COORDS]>,
     weights: &TangentWeights,
 ) -> [[f64; COORDS]; COORDS] {
-    type Lanes<const F: bool> = Pack<F>;
-    let wide: [Lanes<FUSED>; COORDS] = q.map(Pack::splat);
+    let mut wide = [L::splat(0.0); COORDS];
+    for c in 0..COORDS {
+        wide[c] = L::splat(q[c]);
+    }
     let frame = Frame::new(&wide, kind.half);
-    let rate = v.map(|v| Frame::new(&v.map(Lanes::<FUSED>::splat), kind.half));
-    let s = {
-        let single = Frame::new(q, kind.half);
-        let double = single.pair(&single);
-        let mut e: [f64; STRAINS] = std::array::from_fn(|i| 0.5 * double[i] - kind.reference[i]);
-        if let Some(v) = v {
-            let r = single.pair(&Frame::new(v, kind.half));
-            (0..STRAINS).for_each(|i| e[i] += loads.damping * r[i]);
+    let mut rate = None;
+    if let Some(v) = v {
+        for c in 0..COORDS {
+            wide[c] = L::splat(v[c]);
         }
-        stress(&kind.stiffness, &e).map(|x| Lanes::<FUSED>::splat(x * weights.stiffness))
-    };
+        rate = Some(Frame::new(&wide, kind.half));
+    }
+    // All lanes carry the same stress here; one product more costs less than a second kind of code.
+    let mut s = frame.pair(&frame);
+    for i in 0..STRAINS {
+        s[i] = s[i] * 0.5 - L::splat(kind.reference[i]);
+    }
+    if let Some(rate) = &rate {
+        let r = frame.pair(rate);
+        for i in 0..STRAINS {
+            s[i] = r[i].fma(L::splat(loads.damping), s[i]);
+        }
+    }
+    let mut s = stress(&kind.stiffness, &s);
+    for x in &mut s {
+        *x = *x * weights.stiffness;
+    }
     let direct = weights.stiffness + weights.velocity * loads.damping;
     let mut out = [[0.0; COORDS]; COORDS];
     for block in 0..COORDS / WIDTH {
-        let mut unit = [Lanes::<FUSED>::splat(0.0); COORDS];
+        let mut unit = [L::splat(0.0); COORDS];
         for lane in 0..WIDTH {
-            unit[block * WIDTH + lane].0[lane] = 1.0;
+            let mut one = [0.0; WIDTH];
+            one[lane] = 1.0;
+            unit[block * WIDTH + lane] = L::load(&one);
         }
         let du = Frame::new(&unit, kind.half);
         let mut de = frame.pair(&du);
@@ -166,7 +183,7 @@ pub fn tangent<const FUSED: bool>(
         if let Some(rate) = &rate {
             let extra = rate.pair(&du);
             for i in 0..STRAINS {
-                de[i] = extra[i].fma(Pack::splat(weights.stiffness * loads.damping), de[i]);
+                de[i] = extra[i].fma(L::splat(weights.stiffness * loads.damping), de[i]);
             }
         }
         let mut f = frame.gradient(&stress(&kind.stiffness, &de), kind.half);
@@ -181,17 +198,38 @@ pub fn tangent<const FUSED: bool>(
             add_pressure(&mut f, &frame, &du, -loads.pressure * weights.stiffness);
         }
         for r in 0..COORDS {
-            for lane in 0..WIDTH {
-                out[r][block * WIDTH + lane] = f[r].0[lane];
-            }
+            let mut lanes = [0.0; WIDTH];
+            f[r].store(&mut lanes);
+            out[r][block * WIDTH..block * WIDTH + WIDTH].copy_from_slice(&lanes);
         }
     }
     if weights.mass != 0.0 {
         for i in 0..8 {
             for j in 0..8 {
-                (0..3).for_each(|c| out[3 * i + c][3 * j + c] += weights.mass * kind.mass[i][j]);
+                for c in 0..3 {
+                    out[3 * i + c][3 * j + c] += weights.mass * kind.mass[i][j];
+                }
             }
         }
     }
     out
+}
+
+/// [`tangent`] on the machine's instruction path.
+pub fn dispatched_tangent(
+    kind: &ElementType,
+    loads: &Loads,
+    q: &[f64; COORDS],
+    v: Option<&[f64; COORDS]>,
+    weights: &TangentWeights,
+) -> [[f64; COORDS]; COORDS] {
+    struct One<'a>(&'a ElementType, &'a Loads, &'a [f64; COORDS], Option<&'a [f64; COORDS]>, &'a TangentWeights);
+    impl terramech_simd::Kernel for One<'_> {
+        type Output = [[f64; COORDS]; COORDS];
+        #[inline(always)]
+        fn run<L: Lane>(self) -> Self::Output {
+            tangent::<L>(self.0, self.1, self.2, self.3, self.4)
+        }
+    }
+    terramech_simd::dispatch(terramech_simd::active(), One(kind, loads, q, v, weights))
 }

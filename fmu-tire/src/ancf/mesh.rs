@@ -4,9 +4,9 @@ use super::AncfError;
 use super::element::ElementType;
 use super::kernel::{self, Loads};
 use super::laminate::Laminate;
-use super::lane::{Pack, WIDTH};
 use super::strain::COORDS;
 use std::collections::BTreeMap;
+use terramech_simd::{Kernel, Lanes, WIDTH, active, dispatch};
 
 /// Coordinates per node: position, director.
 pub const NODE: usize = 6;
@@ -46,7 +46,7 @@ pub struct ShellMesh {
 
 /// Memory for [`ShellMesh::forces`], kept between calls.
 #[derive(Debug, Clone, Default)]
-pub struct ForceBuffer(Vec<Pack<false>>);
+pub struct ForceBuffer(Vec<[f64; WIDTH]>);
 
 impl ShellMesh {
     /// Takes the nodes' reference coordinates (6 per node: position m, unit director), the elements and the laminates they name.
@@ -143,26 +143,15 @@ impl ShellMesh {
         force: &mut [f64],
         inertia: &mut [f64],
     ) {
-        buffer.0.resize(self.batches.len() * 2 * COORDS, Pack([0.0; WIDTH]));
-        for (batch, target) in self.batches.iter().zip(buffer.0.chunks_exact_mut(2 * COORDS)) {
-            let nodes = batch.elements.map(|e| &self.shells[e as usize].nodes);
-            let (f, m) = kernel::force::<Pack<false>>(
-                &self.kinds[batch.kind as usize],
-                loads,
-                &gather_lanes(q, &nodes),
-                &gather_lanes(v, &nodes),
-                &gather_lanes(a, &nodes),
-            );
-            target[..COORDS].copy_from_slice(&f);
-            target[COORDS..].copy_from_slice(&m);
-        }
+        buffer.0.resize(self.batches.len() * 2 * COORDS, [0.0; WIDTH]);
+        dispatch(active(), BatchForces { mesh: self, loads, q, v, a, buffer: &mut buffer.0 });
         for node in 0..self.node_count() {
             let (mut f, mut m) = ([0.0; NODE], [0.0; NODE]);
             for &place in &self.places[self.place_start[node] as usize..self.place_start[node + 1] as usize] {
                 let (first, lane) = (place as usize / WIDTH, place as usize % WIDTH);
                 for k in 0..NODE {
-                    f[k] += buffer.0[first + k].0[lane];
-                    m[k] += buffer.0[first + COORDS + k].0[lane];
+                    f[k] += buffer.0[first + k][lane];
+                    m[k] += buffer.0[first + COORDS + k][lane];
                 }
             }
             force[NODE * node..NODE * node + NODE].copy_from_slice(&f);
@@ -205,22 +194,62 @@ impl ShellMesh {
     }
 }
 
+/// The element work of [`ShellMesh::forces`].
+struct BatchForces<'a> {
+    mesh: &'a ShellMesh,
+    loads: &'a Loads,
+    q: &'a [f64],
+    v: &'a [f64],
+    a: &'a [f64],
+    buffer: &'a mut [[f64; WIDTH]],
+}
+
+impl Kernel for BatchForces<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (batch, target) in self.mesh.batches.iter().zip(self.buffer.chunks_exact_mut(2 * COORDS)) {
+            let mut nodes = [[0; 4]; WIDTH];
+            for lane in 0..WIDTH {
+                nodes[lane] = self.mesh.shells[batch.elements[lane] as usize].nodes;
+            }
+            let (f, m) = kernel::force::<L>(
+                &self.mesh.kinds[batch.kind as usize],
+                self.loads,
+                &gather_lanes(self.q, &nodes),
+                &gather_lanes(self.v, &nodes),
+                &gather_lanes(self.a, &nodes),
+            );
+            for c in 0..COORDS {
+                f[c].store(&mut target[c]);
+                m[c].store(&mut target[COORDS + c]);
+            }
+        }
+    }
+}
+
 /// Coordinates of an element out of those of all nodes.
+#[inline(always)]
 pub fn gather(q: &[f64], nodes: &[u32; 4]) -> [f64; COORDS] {
     std::array::from_fn(|c| q[NODE * nodes[c / NODE] as usize + c % NODE])
 }
 
 #[inline(always)]
-fn gather_lanes<const FUSED: bool>(q: &[f64], nodes: &[&[u32; 4]; WIDTH]) -> [Pack<FUSED>; COORDS] {
-    let mut out = [Pack([0.0; WIDTH]); COORDS];
+fn gather_lanes<L: Lanes>(q: &[f64], nodes: &[[u32; 4]; WIDTH]) -> [L; COORDS] {
+    let mut lanes = [[0.0; WIDTH]; COORDS];
     for lane in 0..WIDTH {
         for corner in 0..4 {
             let first = NODE * nodes[lane][corner] as usize;
             let source = &q[first..first + NODE];
             for k in 0..NODE {
-                out[NODE * corner + k].0[lane] = source[k];
+                lanes[NODE * corner + k][lane] = source[k];
             }
         }
+    }
+    let mut out = [L::splat(0.0); COORDS];
+    for c in 0..COORDS {
+        out[c] = L::load(&lanes[c]);
     }
     out
 }
@@ -238,7 +267,8 @@ fn centre_volume(q: &[f64; COORDS], half: f64) -> f64 {
 /// rounding only costs one more type.
 fn congruence_key(q: &[f64; COORDS], laminate: u32, half: f64) -> Vec<i64> {
     let mut vectors: Vec<[f64; 3]> = (1..4).map(|i| std::array::from_fn(|k| q[NODE * i + k] - q[k])).collect();
-    let size = vectors.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
+    // A length that turning does not change.
+    let size = vectors.iter().map(|x| super::strain::dot(x, x).sqrt()).fold(0.0, f64::max);
     vectors.extend((0..4).map(|i| std::array::from_fn(|k| q[NODE * i + 3 + k])));
     let mut key = vec![i64::from(laminate)];
     for i in 0..vectors.len() {

@@ -25,13 +25,51 @@ pub mod assembly;
 pub mod element;
 pub mod error;
 pub mod external;
+pub mod geometry;
 pub mod hht;
+pub mod inflate;
 pub mod kernel;
 pub mod laminate;
-pub mod lane;
 pub mod material;
 pub mod mesh;
+pub mod plane;
+pub mod profile;
+pub mod rim;
+pub mod spec;
 pub mod statics;
 pub mod strain;
+pub mod tire;
+mod unit;
+pub mod update;
+pub mod variables;
 
 pub use error::AncfError;
+pub use unit::FlexibleTireUnit;
+
+use terramech_fmi2::Model;
+
+/// The model `tire_ancf`.
+pub fn model() -> Model {
+    let (table, vars) = variables::declare();
+    let mut model = Model::new("tire_ancf", "Flexible tire: ANCF shells, inflated, on its rim", table, move || {
+        Box::new(FlexibleTireUnit::new(vars))
+    });
+    model.weight = 2.0;
+    model.default_step = 4e-5;
+    model.default_specification = spec::HMMWV_LAYERED.into();
+    model.schema = schemars::schema_for!(spec::FlexibleTire).to_value();
+    model.documentation = DOCUMENTATION.into();
+    model
+}
+
+const DOCUMENTATION: &str = "A tire of layered ANCF shells on a rigid rim, inflated by a follower pressure. The axle is Y of the wheel.
+
+It takes the wheel's state; its rim runs on a smooth path to that state moved on by its velocities. Forces on its vertices come as \
+arrays contact.index and contact.force (means over the sender's step); with ground = plane it presses on its own rigid horizontal \
+plane at the height plane.height instead, by penalty and Coulomb friction.
+
+The wheel wrench is the mean reaction of the rim over the step, plus hub.mass x (acceleration - gravity) and the like for \
+hub.inertia: all of the tire's mass and inertia, which the vehicle integrates with its wheel. So no mass counts twice, and a light \
+wheel is stable.
+
+The inner step of the specification and the communication step are independent.";

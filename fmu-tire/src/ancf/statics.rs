@@ -18,8 +18,16 @@ pub struct StaticProblem<'a> {
     pub pressure: f64,
     /// Gravity at full load, m/s2.
     pub gravity: [f64; 3],
-    /// Other loads.
+    /// Whether pressure and gravity act in full from the start, so that only `external` grows.
+    pub body_loads_in_full: bool,
+    /// Other loads; given the load factor as scale.
     pub external: &'a dyn External,
+}
+
+impl StaticProblem<'_> {
+    fn body_factor(&self, factor: f64) -> f64 {
+        if self.body_loads_in_full { 1.0 } else { factor }
+    }
 }
 
 /// How to search.
@@ -127,10 +135,11 @@ impl Work {
 
 /// Forces at a load factor: into `work.force` (all) and `work.free`.
 fn residual(problem: &StaticProblem<'_>, assembly: &Assembly, q: &[f64], factor: f64, work: &mut Work) {
+    let body = problem.body_factor(factor);
     for (i, a) in work.acceleration.iter_mut().enumerate() {
-        *a = if i % NODE < 3 { -factor * problem.gravity[i % NODE] } else { 0.0 };
+        *a = if i % NODE < 3 { -body * problem.gravity[i % NODE] } else { 0.0 };
     }
-    let loads = Loads { damping: 0.0, pressure: factor * problem.pressure };
+    let loads = Loads { damping: 0.0, pressure: body * problem.pressure };
     let Work { zero, acceleration, buffer, force, inertia, .. } = work;
     problem.mesh.forces(&loads, q, zero, acceleration, buffer, force, inertia);
     work.force.iter_mut().zip(&work.inertia).for_each(|(f, m)| *f -= m);
@@ -147,7 +156,7 @@ fn newton(
     options: &StaticOptions,
     work: &mut Work,
 ) -> Result<(usize, f64), AncfError> {
-    let loads = Loads { damping: 0.0, pressure: factor * problem.pressure };
+    let loads = Loads { damping: 0.0, pressure: problem.body_factor(factor) * problem.pressure };
     let weights = TangentWeights { stiffness: 1.0, velocity: 0.0, mass: 0.0, pressure: true, geometric: true };
     let mut correction = f64::INFINITY;
     let mut blocks = Vec::new();

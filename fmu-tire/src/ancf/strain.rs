@@ -15,7 +15,7 @@
 //!
 //! g = 1/sqrt(3). All in m2; subtracting the reference shape's gives strains.
 
-use super::lane::Lane;
+use terramech_simd::Lanes as Lane;
 
 /// Number of generalised strains.
 pub const STRAINS: usize = 32;

@@ -1,0 +1,302 @@
+//! Specification of the flexible tire, as JSON.
+
+use super::AncfError;
+use super::laminate::{Laminate, Layer};
+use super::material::Orthotropic;
+use super::profile::Profile;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The layered HMMWV tire (plies of cord and rubber), as JSON.
+pub const HMMWV_LAYERED: &str = include_str!("../../data/hmmwv_ancf_layered.json");
+/// The HMMWV tire with one equivalent layer per section, as JSON.
+pub const HMMWV_LUMPED: &str = include_str!("../../data/hmmwv_ancf_lumped.json");
+
+/// Flexible tire of ANCF shells. SI units, angles in rad; the axle is Y of the wheel's frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FlexibleTire {
+    /// Where the data come from. Not used by the solver.
+    #[serde(default)]
+    pub source: String,
+    /// The rim that carries the beads.
+    pub rim: Rim,
+    /// Form of the cross-section.
+    pub shape: Shape,
+    /// Elements around the circumference, 8 to 720.
+    pub divisions: u32,
+    /// Sections from the bead to the crown; the other side mirrors them.
+    pub sections: Vec<Section>,
+    /// Materials that layers name.
+    pub materials: Vec<MaterialSpec>,
+    /// Inflation pressure above the surroundings [Pa].
+    pub pressure: f64,
+    /// Structural damping: the stress is that of strain + damping x strain rate [s]. Usual 0.005 to 0.15.
+    pub damping: f64,
+    /// Surface of the tire, and its own contact with a rigid plane.
+    #[serde(default)]
+    pub contact: Contact,
+    /// Time integration.
+    #[serde(default)]
+    pub integrator: Integrator,
+}
+
+/// Rim.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rim {
+    /// Radius from which the profile's radial offsets count [m].
+    pub radius: f64,
+    /// Width between the beads; of the toroid's form only, else for information [m].
+    pub width: f64,
+}
+
+/// Form of the cross-section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Shape {
+    /// Rows [t (1), radial offset from the rim radius (m), axial position (m)], t from 0 at one bead to 1 at the other; cubic splines.
+    Profile(Vec<[f64; 3]>),
+    /// Half an ellipse over the rim's width.
+    Toroid {
+        /// Height above the rim radius [m].
+        height: f64,
+    },
+}
+
+/// Elements with the same layers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Section {
+    /// Name, for messages: bead, sidewall, tread.
+    pub name: String,
+    /// Elements across, on one side of the tire.
+    pub elements: u32,
+    /// Layers from the inside to the outside.
+    pub layers: Vec<LayerSpec>,
+}
+
+/// One layer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LayerSpec {
+    /// Thickness [m].
+    pub thickness: f64,
+    /// Angle of the fibres from the circumferential direction, about the outward normal [rad].
+    pub angle: f64,
+    /// Name of the material.
+    pub material: String,
+}
+
+/// An orthotropic material from engineering constants; 1 along the fibre, 2 in the plane, 3 normal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialSpec {
+    /// Name.
+    pub name: String,
+    /// Density [kg/m3].
+    pub density: f64,
+    /// Young's moduli E1, E2, E3 [Pa].
+    pub young: [f64; 3],
+    /// Poisson's ratios nu12, nu13, nu23 [1].
+    pub poisson: [f64; 3],
+    /// Shear moduli G12, G13, G23 [Pa].
+    pub shear: [f64; 3],
+}
+
+/// Surface and penalty contact with a rigid plane.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Contact {
+    /// Coefficient of friction [1].
+    pub friction: f64,
+    /// Coefficient of restitution, for the terrain's contact [1].
+    pub restitution: f64,
+    /// Young's modulus of the surface, for the terrain's contact [Pa].
+    pub young_modulus: f64,
+    /// Poisson's ratio of the surface, for the terrain's contact [1].
+    pub poisson_ratio: f64,
+    /// Normal stiffness of a node on the plane [N/m].
+    pub normal_stiffness: f64,
+    /// Normal damping of a node on the plane [N s/m].
+    pub normal_damping: f64,
+    /// Tangential stiffness of a sticking node [N/m].
+    pub tangential_stiffness: f64,
+}
+
+impl Default for Contact {
+    fn default() -> Self {
+        Self {
+            friction: 0.9,
+            restitution: 0.1,
+            young_modulus: 2e6,
+            poisson_ratio: 0.3,
+            normal_stiffness: 2e6,
+            normal_damping: 13.0,
+            tangential_stiffness: 1e6,
+        }
+    }
+}
+
+/// Time integration.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Integrator {
+    /// Numerical damping of the HHT method, -1/3 to 0 [1].
+    pub alpha: f64,
+    /// Largest inner step [s].
+    pub step: f64,
+    /// Newton stops when no material point will move further than this [m].
+    pub tolerance: f64,
+    /// Newton iterations before the tangent is renewed, and again before the step is halved.
+    pub iterations: u32,
+}
+
+impl Default for Integrator {
+    fn default() -> Self {
+        Self { alpha: -0.2, step: 4e-5, tolerance: 1e-8, iterations: 12 }
+    }
+}
+
+impl FlexibleTire {
+    /// A tire of one layer with an elliptic section, for tests: `across` elements from bead to bead (even).
+    pub fn toroid(
+        rim_radius: f64,
+        width: f64,
+        height: f64,
+        thickness: f64,
+        material: Orthotropic,
+        divisions: u32,
+        across: u32,
+    ) -> Self {
+        Self {
+            source: String::new(),
+            rim: Rim { radius: rim_radius, width },
+            shape: Shape::Toroid { height },
+            divisions,
+            sections: vec![Section {
+                name: "all".into(),
+                elements: across / 2,
+                layers: vec![LayerSpec { thickness, angle: 0.0, material: "rubber".into() }],
+            }],
+            materials: vec![MaterialSpec {
+                name: "rubber".into(),
+                density: material.density,
+                young: material.young,
+                poisson: material.poisson,
+                shear: material.shear,
+            }],
+            pressure: 2e5,
+            damping: 0.01,
+            contact: Contact::default(),
+            integrator: Integrator::default(),
+        }
+    }
+
+    /// Elements from bead to bead.
+    pub fn across(&self) -> usize {
+        2 * self.sections.iter().map(|s| s.elements as usize).sum::<usize>()
+    }
+
+    /// The profile.
+    ///
+    /// # Errors
+    /// [`AncfError::Input`], see [`Profile::new`].
+    pub fn profile(&self) -> Result<Profile, AncfError> {
+        match &self.shape {
+            Shape::Profile(points) => Profile::new(points),
+            Shape::Toroid { height } => Profile::half_ellipse(*height, self.rim.width),
+        }
+    }
+
+    /// Laminates of the sections, in their order.
+    ///
+    /// # Errors
+    /// [`AncfError::Input`] with all faults of the whole specification.
+    pub fn laminates(&self) -> Result<Vec<Laminate>, AncfError> {
+        let mut faults = self.own_faults();
+        let mut laminates = Vec::new();
+        for section in &self.sections {
+            let mut layers = Vec::new();
+            for layer in &section.layers {
+                match self.materials.iter().find(|m| m.name == layer.material) {
+                    Some(m) => layers.push(Layer {
+                        thickness: layer.thickness,
+                        angle: layer.angle,
+                        material: Orthotropic {
+                            density: m.density,
+                            young: m.young,
+                            poisson: m.poisson,
+                            shear: m.shear,
+                        },
+                    }),
+                    None => faults.push(format!(
+                        "section '{}': no material is called '{}'; there are: {}",
+                        section.name,
+                        layer.material,
+                        self.materials.iter().map(|m| m.name.as_str()).collect::<Vec<_>>().join(", ")
+                    )),
+                }
+            }
+            let laminate = Laminate { layers };
+            faults.extend(laminate.faults().into_iter().map(|f| format!("section '{}': {f}", section.name)));
+            laminates.push(laminate);
+        }
+        if let Err(AncfError::Input(list)) = self.profile() {
+            faults.extend(list);
+        }
+        if faults.is_empty() { Ok(laminates) } else { Err(AncfError::Input(faults)) }
+    }
+
+    fn own_faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut check = |ok: bool, name: &str, given: f64, allowed: &str| {
+            if !ok || !given.is_finite() {
+                faults.push(format!("'{name}' is {given}; allowed: {allowed}"));
+            }
+        };
+        check(self.rim.radius > 0.0, "rim.radius", self.rim.radius, "positive, m");
+        check(self.rim.width > 0.0, "rim.width", self.rim.width, "positive, m");
+        check((8..=720).contains(&self.divisions), "divisions", f64::from(self.divisions), "8 to 720");
+        check(self.pressure >= 0.0, "pressure", self.pressure, "not negative, Pa");
+        check(self.damping >= 0.0, "damping", self.damping, "not negative, s");
+        let c = &self.contact;
+        check(c.friction >= 0.0, "contact.friction", c.friction, "not negative");
+        check((0.0..=1.0).contains(&c.restitution), "contact.restitution", c.restitution, "0 to 1");
+        check(c.young_modulus > 0.0, "contact.young_modulus", c.young_modulus, "positive, Pa");
+        check(
+            c.poisson_ratio > -1.0 && c.poisson_ratio <= 0.5,
+            "contact.poisson_ratio",
+            c.poisson_ratio,
+            "above -1, at most 0.5",
+        );
+        check(c.normal_stiffness > 0.0, "contact.normal_stiffness", c.normal_stiffness, "positive, N/m");
+        check(c.normal_damping >= 0.0, "contact.normal_damping", c.normal_damping, "not negative, N s/m");
+        check(
+            c.tangential_stiffness >= 0.0,
+            "contact.tangential_stiffness",
+            c.tangential_stiffness,
+            "not negative, N/m",
+        );
+        let i = &self.integrator;
+        check((-1.0 / 3.0..=0.0).contains(&i.alpha), "integrator.alpha", i.alpha, "-1/3 to 0");
+        check(i.step > 0.0, "integrator.step", i.step, "positive, s");
+        check(i.tolerance > 0.0, "integrator.tolerance", i.tolerance, "positive, m");
+        check(i.iterations >= 2, "integrator.iterations", f64::from(i.iterations), "2 or more");
+        if self.sections.is_empty() || self.sections.iter().any(|s| s.elements == 0) {
+            faults.push("'sections' must name at least one section, each with at least one element across".into());
+        }
+        faults
+    }
+}
+
+/// Reads a specification.
+///
+/// # Errors
+/// [`AncfError::Input`] with line and column of a fault of syntax, else with all faults of content.
+pub fn parse(text: &str) -> Result<FlexibleTire, AncfError> {
+    let spec: FlexibleTire =
+        serde_json::from_str(text).map_err(|e| AncfError::Input(vec![format!("specification: {e}")]))?;
+    spec.laminates()?;
+    Ok(spec)
+}
