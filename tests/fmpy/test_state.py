@@ -50,7 +50,7 @@ def test_serialised_bytes_continue_in_a_fresh_instance_with_other_threads(name, 
         time, expected = unit.time, _run(unit, 5, size)
     with Unit(extracted[name]) as fresh:
         fresh.put({"threads": 2})
-        state = fresh.fmu.deSerializeFMUState(data)
+        state = fresh.fmu.deserializeFMUState(data)
         fresh.fmu.setFMUState(state)
         fresh.fmu.freeFMUState(state)
         fresh.time = time
@@ -65,5 +65,5 @@ def test_damaged_bytes_are_refused(name, extracted, size):
         unit.fmu.freeFMUState(state)
         data[len(data) // 2] ^= 1
         with pytest.raises(Exception):
-            unit.fmu.deSerializeFMUState(bytes(data))
+            unit.fmu.deserializeFMUState(bytes(data))
         assert any("hash" in m for m in unit.messages), unit.messages
