@@ -26,7 +26,7 @@ use terramech_fmi2::Model;
 
 /// All models of this library; the GUID selects among them.
 pub fn models() -> Vec<Model> {
-    vec![rig::model(), vehicle::model()]
+    vec![rig::model(), vehicle::model(), vehicle::handling_model()]
 }
 
 #[cfg(feature = "fmu")]

@@ -156,3 +156,46 @@ fn a_missing_hardpoint_is_told() {
     ));
     assert!(e.contains("lower_outer") && e.contains("vehicle.axles[0].suspension.double_wishbone.points"), "{e}");
 }
+
+#[test]
+fn vehicle_handling_drives_alone() {
+    let fresh = || {
+        let mut i = Instance::new(vehicle::handling_model(), None, Box::new(|_, _| {}));
+        i.setup(0.0, None).unwrap();
+        i
+    };
+    let mut a = fresh();
+    a.enter_initialization().unwrap();
+    set(&mut a, "ground_height", 0.3);
+    a.exit_initialization().unwrap();
+    set(&mut a, "driver.throttle", 0.6);
+    set(&mut a, "driver.steering", 0.1);
+    let steps = |i: &mut Instance, from: usize, n: usize| {
+        for k in from..from + n {
+            i.do_step(k as f64 * 2e-3, 2e-3).unwrap();
+        }
+    };
+    steps(&mut a, 0, 100);
+    let weight = get(&mut a, "mass") * 9.81;
+    let load: f64 = (1..=4).map(|k| get(&mut a, &format!("tire[{k}].normal_force"))).sum();
+    assert!((load / weight - 1.0).abs() < 0.05, "{load} {weight}: placed on its deflected tires");
+    steps(&mut a, 100, 1400);
+    assert!(get(&mut a, "speed") > 2.0 && get(&mut a, "yaw_rate") > 0.01);
+    let state = a.save().unwrap();
+    let mut b = fresh();
+    b.restore(&state).unwrap();
+    steps(&mut a, 1500, 200);
+    steps(&mut b, 1500, 200);
+    assert_eq!(a.save().unwrap(), b.save().unwrap());
+}
+
+#[test]
+fn a_wrong_word_for_tires_is_told() {
+    let mut i = Instance::new(vehicle::handling_model(), None, Box::new(|_, _| {}));
+    let vr = vr(&i, "tires");
+    i.set_string(vr, "inside").unwrap();
+    i.setup(0.0, None).unwrap();
+    i.enter_initialization().unwrap();
+    let e = i.exit_initialization().unwrap_err().message.clone();
+    assert!(e.contains("'tires' is 'inside'") && e.contains("internal, external"), "{e}");
+}

@@ -15,7 +15,7 @@ use super::{Loads, MbsError, Motion, Pose, System};
 use terramech_mechanics::{Mat3, Vec3};
 
 /// Gap (m or rad) at which positions count as closed.
-pub const GAP: f64 = 1e-10;
+pub const GAP: f64 = 1e-9;
 const ITERATIONS: usize = 20;
 
 /// What a step took.

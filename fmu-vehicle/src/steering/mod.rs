@@ -1,8 +1,10 @@
 //! Steering templates: one file each.
 
 mod pitman_arm;
+mod rack_pinion;
 
 pub use pitman_arm::PitmanArm;
+pub use rack_pinion::RackPinion;
 
 use crate::mbs::primitive::DriveId;
 use crate::mbs::{BodyId, Model};
@@ -13,9 +15,12 @@ use terramech_fmi2::specification::Faults;
 /// A steering, by the name of its template.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[allow(clippy::large_enum_variant)] // one or two in a vehicle, read once
 pub enum Steering {
     /// Pitman arm, link and idler.
     PitmanArm(PitmanArm),
+    /// Rack and pinion.
+    RackPinion(RackPinion),
 }
 
 /// What the rest of the vehicle uses of a steering.
@@ -42,6 +47,7 @@ impl Steering {
     pub fn template(&self) -> (&'static str, &dyn SteeringTemplate) {
         match self {
             Self::PitmanArm(s) => ("pitman_arm", s),
+            Self::RackPinion(s) => ("rack_pinion", s),
         }
     }
 }

@@ -5,8 +5,18 @@
 
 mod double_wishbone;
 pub mod elements;
+mod macpherson;
+mod multi_link;
+mod reduced_double_wishbone;
+mod semi_trailing_arm;
+mod solid_axle;
 
 pub use double_wishbone::{DoubleWishbone, DoubleWishbonePoints};
+pub use macpherson::{MacPherson, MacPhersonPoints};
+pub use multi_link::{MultiLink, MultiLinkPoints};
+pub use reduced_double_wishbone::{ReducedDoubleWishbone, ReducedDoubleWishbonePoints};
+pub use semi_trailing_arm::{SemiTrailingArm, SemiTrailingArmPoints};
+pub use solid_axle::{SolidAxle, SolidAxlePoints};
 
 use crate::mbs::{BodyId, Model};
 use schemars::JsonSchema;
@@ -20,6 +30,16 @@ use terramech_mechanics::Vec3;
 pub enum Suspension {
     /// Two control arms, upright, tie rod; spring and shock on the lower arm.
     DoubleWishbone(DoubleWishbone),
+    /// Double wishbone with massless arms.
+    ReducedDoubleWishbone(ReducedDoubleWishbone),
+    /// Strut, lower arm, tie rod.
+    MacPherson(MacPherson),
+    /// Four rods and a tie rod.
+    MultiLink(MultiLink),
+    /// One arm with an oblique hinge.
+    SemiTrailingArm(SemiTrailingArm),
+    /// One tube on four links.
+    SolidAxle(SolidAxle),
 }
 
 impl Suspension {
@@ -27,6 +47,11 @@ impl Suspension {
     pub fn template(&self) -> (&'static str, &dyn Template) {
         match self {
             Self::DoubleWishbone(s) => ("double_wishbone", s),
+            Self::ReducedDoubleWishbone(s) => ("reduced_double_wishbone", s),
+            Self::MacPherson(s) => ("mac_pherson", s),
+            Self::MultiLink(s) => ("multi_link", s),
+            Self::SemiTrailingArm(s) => ("semi_trailing_arm", s),
+            Self::SolidAxle(s) => ("solid_axle", s),
         }
     }
 }

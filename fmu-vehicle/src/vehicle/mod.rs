@@ -15,6 +15,7 @@ mod load;
 pub mod part;
 pub mod place;
 pub mod specification;
+pub mod tires;
 pub mod unit;
 pub mod variables;
 
@@ -33,7 +34,7 @@ pub fn default_specification() -> String {
 
 /// The model `vehicle`.
 pub fn model() -> Model {
-    let (table, vars) = variables::declare();
+    let (table, vars) = variables::declare(false);
     let mut model = Model::new(
         "vehicle",
         "Wheeled vehicle: multibody suspensions, steering, driveline, powertrain, driver",
@@ -47,6 +48,27 @@ pub fn model() -> Model {
     model.documentation = DOCUMENTATION.into();
     model
 }
+
+/// The model `vehicle_handling`: the vehicle with tires inside, on a rigid plane.
+pub fn handling_model() -> Model {
+    let (table, vars) = variables::declare(true);
+    let mut model = Model::new(
+        "vehicle_handling",
+        "Wheeled vehicle with its own tires on a rigid plane: handling studies in any FMI tool",
+        table,
+        move || Box::new(unit::VehicleUnit::new(vars.clone())),
+    );
+    model.default_stop = 10.0;
+    model.weight = 1.0;
+    model.default_specification = default_specification();
+    model.schema = schemars::schema_for!(UnitSpec).to_value();
+    model.documentation = format!("{DOCUMENTATION}\n\n{HANDLING}");
+    model
+}
+
+const HANDLING: &str = "With the parameter tires = internal (the start value) the vehicle carries tires of the specification's element \
+tires: rigid, fiala (the HMMWV's by default) or pac02, on a level plane at ground_height; wrenches on the wheels are added to theirs. With tires = \
+external it is the model vehicle.";
 
 const DOCUMENTATION: &str = "A wheeled vehicle: rigid bodies and joints solved directly, one-dimensional shafts, engine and gearbox by maps, a \
 driver. It gives the states of its wheels and takes the wrenches on them; the tires hand over mass and inertia of what moves with \

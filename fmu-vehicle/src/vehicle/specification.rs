@@ -28,6 +28,9 @@ pub struct UnitSpec {
     /// Driver.
     #[serde(default)]
     pub driver: DriverSpec,
+    /// Tires of the model `vehicle_handling`; the model `vehicle` checks and leaves them.
+    #[serde(default)]
+    pub tires: super::tires::TiresSpec,
     /// Longest inner step (s), above 0, at most 0.01.
     #[serde(default = "inner_step")]
     pub step: f64,
@@ -54,6 +57,7 @@ impl Default for UnitSpec {
             start: StartSpec::default(),
             hold: HoldSpec::default(),
             driver: DriverSpec::default(),
+            tires: super::tires::TiresSpec::default(),
             step: inner_step(),
             steering_frequency: steering_frequency(),
         }
@@ -105,6 +109,10 @@ impl UnitSpec {
         let mut f = Faults::new();
         self.vehicle.resolve(place, "vehicle", &mut f, |v, inner, path, f| v.resolve(inner, &format!("{path}: "), f));
         self.driver.resolve(place, "driver", &mut f);
+        self.tires.resolve(place, "tires", &mut f);
+        if let Err(e) = self.tires.build() {
+            f.add(e.to_string());
+        }
         if let Part::Inline(v) = &self.vehicle {
             v.check("vehicle.", &mut f);
         }

@@ -4,6 +4,7 @@ use super::build::{Hub, Vehicle};
 use super::dynamics::WheelWrench;
 use super::place::Rest;
 use super::specification::UnitSpec;
+use super::tires::InternalTires;
 use super::variables::{Variables, WHEELS};
 use super::{DriverInputs, Part, Place};
 use crate::driver::{Driver, DriverState};
@@ -33,6 +34,7 @@ struct Run {
     /// Held since the start, and how long the loads have balanced (s).
     held: Option<f64>,
     weight: f64,
+    tires: Option<InternalTires>,
 }
 
 /// What is saved: contents, never names of files.
@@ -52,6 +54,7 @@ struct SavedRun {
     elapsed: f64,
     held: Option<f64>,
     weight: f64,
+    tires: Option<(f64, Vec<terramech_handling_tires::Transient>)>,
 }
 
 fn fault(e: MbsError) -> UnitError {
@@ -75,6 +78,28 @@ impl VehicleUnit {
             .ok_or_else(|| UnitError::input("the vehicle has no specification: initialization mode comes first"))
     }
 
+    /// Whether tires are inside.
+    fn internal(&self, v: &Values) -> Result<bool, UnitError> {
+        let Some((tires, _)) = &self.vars.handling_tires else { return Ok(false) };
+        match v.string(*tires) {
+            "internal" => Ok(true),
+            "external" => Ok(false),
+            other => Err(UnitError::input(format!("parameter 'tires' is '{other}'; allowed: internal, external"))),
+        }
+    }
+
+    /// Hubs with tires inside: their mass, and radii under the loads at rest.
+    fn internal_hubs(&self) -> Result<Vec<Hub>, UnitError> {
+        let spec = self.spec()?;
+        let (tire, hub) = spec.tires.build()?;
+        let mut hubs = vec![hub; WHEELS];
+        let rest = Rest::find(spec.vehicle.get(), &spec.payload, &hubs, spec.start.gear).map_err(fault)?;
+        for (hub, load) in hubs.iter_mut().zip(&rest.loads) {
+            hub.tire_radius -= InternalTires::deflection(&tire, *load);
+        }
+        Ok(hubs)
+    }
+
     fn hubs(&self, v: &Values) -> Vec<Hub> {
         let hub = |w: &super::variables::WheelVars| Hub {
             mass: v[w.hub_mass],
@@ -86,8 +111,12 @@ impl VehicleUnit {
 
     /// The vehicle at its place at the start, with its loads.
     fn placed(&mut self, v: &mut Values) -> Result<(Vehicle, Vec<f64>), UnitError> {
-        let hubs = self.hubs(v);
         let spec = self.spec()?.clone();
+        let hubs = match (self.internal(v)?, &self.rest) {
+            (true, Some((found, _))) => found.clone(),
+            (true, None) => self.internal_hubs()?,
+            (false, _) => self.hubs(v),
+        };
         if self.rest.as_ref().is_none_or(|(h, _)| *h != hubs) {
             let rest = Rest::find(spec.vehicle.get(), &spec.payload, &hubs, spec.start.gear).map_err(fault)?;
             self.rest = Some((hubs, rest));
@@ -234,9 +263,15 @@ impl Unit for VehicleUnit {
                 rounded.join(", ")
             ),
         );
-        let hubs = self.hubs(v);
+        let hubs = self.rest.as_ref().map_or_else(Vec::new, |r| r.0.clone());
+        let tires = if self.internal(v)? {
+            let height = v[self.vars.ground_height];
+            Some(InternalTires::new(spec.tires.build()?.0, WHEELS, height, spec.tires.friction))
+        } else {
+            None
+        };
         self.spec = Some(spec);
-        self.run = Some(Run { vehicle, driver, hubs, start, elapsed: 0.0, held, weight });
+        self.run = Some(Run { vehicle, driver, hubs, start, elapsed: 0.0, held, weight, tires });
         self.rest = None;
         Ok(())
     }
@@ -252,6 +287,9 @@ impl Unit for VehicleUnit {
         }
         let [steering, throttle, braking] = v.get(self.vars.driver);
         let external = DriverInputs { steering, throttle, braking };
+        if let Some(t) = &run.tires {
+            vertical += t.forces(&run.vehicle).iter().map(|f| f.force.z).sum::<f64>();
+        }
         let n = (step.size / spec.step - 1e-9).ceil().max(1.0);
         let h = step.size / n;
         let held = run.holding(spec, step.size, vertical, host, step.time);
@@ -262,11 +300,20 @@ impl Unit for VehicleUnit {
             } else {
                 run.driver.drive(run.elapsed, h, &chassis, external)
             };
-            run.vehicle.step(h).map_err(fault)?;
+            match &mut run.tires {
+                Some(t) => t.step(&mut run.vehicle, h),
+                None => run.vehicle.step(h).map(|_| ()),
+            }
+            .map_err(fault)?;
             run.elapsed += h;
         }
         let run = self.run.as_ref().expect("checked above");
         self.publish(v, &run.vehicle);
+        if let (Some(t), Some((_, vars))) = (&run.tires, &self.vars.handling_tires) {
+            for (f, vars) in t.forces(&run.vehicle).iter().zip(vars) {
+                v.put(*vars, f.force.into());
+            }
+        }
         Ok(())
     }
 
@@ -281,6 +328,7 @@ impl Unit for VehicleUnit {
             elapsed: r.elapsed,
             held: r.held,
             weight: r.weight,
+            tires: r.tires.as_ref().map(|t| (t.height(), t.transient.clone())),
         });
         state::to_bytes(&Saved { spec, given: self.given, run })
     }
@@ -306,7 +354,15 @@ impl Unit for VehicleUnit {
                 driver.state = s.driver;
                 let [steering, throttle, braking] = v.get(self.vars.used);
                 vehicle.inputs = DriverInputs { steering, throttle, braking };
-                Some(Run { vehicle, driver, hubs, start, elapsed: s.elapsed, held: s.held, weight: s.weight })
+                let tires = match s.tires {
+                    Some((height, transient)) => {
+                        let mut t = InternalTires::new(spec.tires.build()?.0, WHEELS, height, spec.tires.friction);
+                        t.transient = transient;
+                        Some(t)
+                    }
+                    None => None,
+                };
+                Some(Run { vehicle, driver, hubs, start, elapsed: s.elapsed, held: s.held, weight: s.weight, tires })
             }
             _ => None,
         };

@@ -1,7 +1,7 @@
 //! Variables of the unit `vehicle`: the one source of its `modelDescription.xml`.
 
 use terramech_fmi2::variables::{CommonVars, StateVars, WrenchVars};
-use terramech_fmi2::{IntegerVar, RealVar, Table, Var};
+use terramech_fmi2::{IntegerVar, RealVar, StringVar, Table, Var};
 
 /// Wheels of the unit as it is packed.
 pub const WHEELS: usize = 4;
@@ -60,10 +60,12 @@ pub struct Variables {
     pub gear: IntegerVar,
     /// Out: mass of the vehicle with payload and hubs (kg).
     pub mass: RealVar,
+    /// Of `vehicle_handling`: parameter `tires`, and per wheel the tire's force along, across and normal (N).
+    pub handling_tires: Option<(StringVar, Vec<[RealVar; 3]>)>,
 }
 
-/// Declares the table.
-pub fn declare() -> (Table, Variables) {
+/// Declares the table; `with_tires` adds the variables of tires inside.
+pub fn declare(with_tires: bool) -> (Table, Variables) {
     let mut t = Table::new();
     let common = t.common_parameters();
     let ground_height = t.input_real(
@@ -199,7 +201,28 @@ pub fn declare() -> (Table, Variables) {
     let gear = t.output_integer("gear", "Gear: -1 reverse, 0 neutral, 1 and up forward");
     let mass = t.output_real("mass", "kg", "Mass of the vehicle with payload, wheels and hubs");
     t.depends_initially(mass, &loads);
+    let handling_tires = with_tires.then(|| {
+        let tires = t.parameter_string("tires", "internal", "internal: tires inside, on a rigid plane; external: none");
+        let forces = (1..=WHEELS)
+            .map(|i| {
+                [
+                    ("longitudinal", "along the heading"),
+                    ("lateral", "to the left"),
+                    ("normal", "along the ground's normal"),
+                ]
+                .map(|(name, text)| {
+                    t.output_real(
+                        &format!("tire[{i}].{name}_force"),
+                        "N",
+                        &format!("Force of the ground on the tire {text}"),
+                    )
+                })
+            })
+            .collect();
+        (tires, forces)
+    });
     let vars = Variables {
+        handling_tires,
         common,
         ground_height,
         driver,
