@@ -1,4 +1,4 @@
-//! Tire units: the rigid wheel ([`rigid`]) and the mechanics of the flexible tire ([`ancf`]).
+//! Tire units: the rigid wheel ([`rigid`]) and the flexible tire ([`ancf`]).
 //!
 //! A tire stands between the vehicle and the terrain: it takes the state of a wheel, publishes its surface as a mesh for the
 //! terrain, and turns the terrain's forces into the wrench on the wheel.
@@ -20,7 +20,7 @@ use terramech_fmi2::Model;
 
 /// All models of this library; the GUID selects among them.
 pub fn models() -> Vec<Model> {
-    vec![rigid::model()]
+    vec![rigid::model(), ancf::model()]
 }
 
 #[cfg(feature = "fmu")]

@@ -21,6 +21,8 @@ use std::collections::BTreeMap;
 pub const REMEASURE: usize = 16;
 /// Contraction beyond which the tangent is renewed before the next step.
 const SLOW: f64 = 0.2;
+/// Contraction is taken to be no better than this: a stiff mode that the old tangent hardly damps hides behind the many that it does.
+const DOUBT: f64 = 0.05;
 /// A first correction this much larger than the least since the tangent was renewed has its contraction measured: errors of stiff modes
 /// that the old tangent no longer damps grow from step to step.
 const GROWN: f64 = 8.0;
@@ -337,7 +339,8 @@ impl Hht {
         // Far below the tolerance, corrections are round-off and say nothing about contraction.
         let grown = last > GROWN * self.least;
         let measured = iteration > 1 || (self.rho < SLOW && self.since_measured < REMEASURE && !grown);
-        last <= 1e-3 * tolerance || (measured && self.rho < 1.0 && last * self.rho / (1.0 - self.rho) <= tolerance)
+        let rho = self.rho.max(DOUBT);
+        last <= 1e-3 * tolerance || (measured && rho < 1.0 && last * rho / (1.0 - rho) <= tolerance)
     }
 
     fn predict(&mut self, state: &ShellState, h: f64, gamma: f64, beta: f64) {

@@ -183,6 +183,37 @@ impl ShellMesh {
         sum
     }
 
+    /// Momentum (kg m/s), angular momentum about `about` (kg m2/s) and first moment of mass (kg m) of all elements.
+    pub fn momentum(&self, q: &[f64], v: &[f64], about: &[f64; 3]) -> [[f64; 3]; 3] {
+        let mut out = [[0.0; 3]; 3];
+        for e in 0..self.shells.len() {
+            let (mut x, u) = (gather(q, &self.shells[e].nodes), gather(v, &self.shells[e].nodes));
+            for corner in 0..4 {
+                (0..3).for_each(|k| x[NODE * corner + k] -= about[k]);
+            }
+            let mass = &self.kind(e).mass;
+            for i in 0..8 {
+                let (mut p, mut first) = ([0.0; 3], [0.0; 3]);
+                for j in 0..8 {
+                    for k in 0..3 {
+                        p[k] += mass[i][j] * u[3 * j + k];
+                        first[k] += mass[i][j] * x[3 * j + k];
+                    }
+                }
+                let arm = [x[3 * i], x[3 * i + 1], x[3 * i + 2]];
+                let turn = super::strain::cross(&arm, &p);
+                for k in 0..3 {
+                    out[1][k] += turn[k];
+                    if i % 2 == 0 {
+                        out[0][k] += p[k];
+                        out[2][k] += first[k];
+                    }
+                }
+            }
+        }
+        out
+    }
+
     /// The first element whose volume at its centre is below `least` of the reference volume, with that ratio.
     pub fn first_inverted(&self, q: &[f64], least: f64) -> Option<(usize, f64)> {
         (0..self.shells.len()).find_map(|e| {

@@ -1,10 +1,11 @@
 //! Motion of the rim between communication points.
 //!
 //! At a communication point the tire is told the wheel's state; its rim stands where it was extrapolated to, a little off. Over the next
-//! step the rim runs on a cubic from where it is, with the velocity it has, to the told state moved on by its velocities: position and
-//! velocity have no jump, which would excite the bead. Orientation does the same in the rotation vector (exponential map).
+//! step the rim's velocity runs linearly from what it is to the told one, so that the acceleration is constant and neither position nor
+//! velocity jumps (a jump excites the bead; a cubic through both told values swings between 7 and -5 times the acceleration). What the
+//! position is off is corrected by a share of [`CORRECTION`] per step. Orientation does the same by the exponential map.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use terramech_mechanics::RigidState;
 
@@ -19,15 +20,15 @@ pub struct RimMotion {
     pub angular_acceleration: Vector3<f64>,
 }
 
-/// A path over one communication step.
+/// Share of the position's error that a step corrects: with it, the error itself adds at most this share of the true acceleration.
+pub const CORRECTION: f64 = 0.1;
+
+/// A path over one communication step: constant acceleration.
 #[derive(Debug, Clone, Copy)]
 pub struct RimPath {
     from: RigidState,
-    to: RigidState,
-    size: f64,
-    /// Rotation vector from start to end, and its rate at the end.
-    turn: Vector3<f64>,
-    end_rate: Vector3<f64>,
+    acceleration: Vector3<f64>,
+    angular_acceleration: Vector3<f64>,
 }
 
 /// Nodes fixed to the rim, in the wheel's frame.
@@ -40,40 +41,29 @@ pub struct RimNodes {
 impl RimPath {
     /// From the rim's state at the beginning to the told one, moved on by `size` seconds with its velocities.
     pub fn new(from: RigidState, told: &RigidState, size: f64) -> Self {
-        let to = told.advanced(size);
-        let turn = (to.orientation * from.orientation.inverse()).scaled_axis();
-        Self { from, end_rate: inverse_left_jacobian(&turn) * to.angular_velocity, to, size, turn }
+        let target = told.advanced(size);
+        let plain = |state: &RigidState| Self {
+            from,
+            acceleration: (state.velocity - from.velocity) / size,
+            angular_acceleration: (state.angular_velocity - from.angular_velocity) / size,
+        };
+        let reached = plain(&target).at(size).state;
+        let mut corrected = target;
+        corrected.velocity += (target.position - reached.position) * (CORRECTION / size);
+        corrected.angular_velocity +=
+            (target.orientation * reached.orientation.inverse()).scaled_axis() * (CORRECTION / size);
+        plain(&corrected)
     }
 
     /// The rim `t` seconds after the beginning, 0 to `size`.
     pub fn at(&self, t: f64) -> RimMotion {
-        let h = self.size;
-        let (p, v, a) = cubic(
-            &Vector3::zeros(),
-            &self.from.velocity,
-            &(self.to.position - self.from.position),
-            &self.to.velocity,
-            t,
-            h,
-        );
-        let (turn, rate, second) =
-            cubic(&Vector3::zeros(), &self.from.angular_velocity, &self.turn, &self.end_rate, t, h);
-        let jacobian = left_jacobian(&turn);
         let mut state = self.from;
-        state.position = self.from.position + p;
-        state.velocity = v;
+        state.position += self.from.velocity * t + self.acceleration * (0.5 * t * t);
+        state.velocity += self.acceleration * t;
+        let turn = self.from.angular_velocity * t + self.angular_acceleration * (0.5 * t * t);
         state.orientation = UnitQuaternion::from_scaled_axis(turn) * self.from.orientation;
-        state.angular_velocity = jacobian * rate;
-        // The Jacobian's own rate is of second order in the turn of one step, and zero about a fixed axis.
-        RimMotion { state, acceleration: a, angular_acceleration: jacobian * second }
-    }
-
-    /// Mean acceleration and angular acceleration over the step.
-    pub fn mean_acceleration(&self) -> [Vector3<f64>; 2] {
-        [
-            (self.to.velocity - self.from.velocity) / self.size,
-            (self.to.angular_velocity - self.from.angular_velocity) / self.size,
-        ]
+        state.angular_velocity += self.angular_acceleration * t;
+        RimMotion { state, acceleration: self.acceleration, angular_acceleration: self.angular_acceleration }
     }
 }
 
@@ -101,33 +91,4 @@ impl RimNodes {
             }
         }
     }
-}
-
-/// Hermite cubic: value, first and second derivative.
-fn cubic(
-    p0: &Vector3<f64>,
-    v0: &Vector3<f64>,
-    p1: &Vector3<f64>,
-    v1: &Vector3<f64>,
-    t: f64,
-    h: f64,
-) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
-    let c2 = (p1 - p0) * (3.0 / (h * h)) - (v0 * 2.0 + v1) / h;
-    let c3 = (p0 - p1) * (2.0 / (h * h * h)) + (v0 + v1) / (h * h);
-    (p0 + v0 * t + c2 * (t * t) + c3 * (t * t * t), v0 + c2 * (2.0 * t) + c3 * (3.0 * t * t), c2 * 2.0 + c3 * (6.0 * t))
-}
-
-/// Maps the rate of a rotation vector to the angular velocity.
-fn left_jacobian(turn: &Vector3<f64>) -> Matrix3<f64> {
-    let (angle, cross) = (turn.norm(), turn.cross_matrix());
-    let (a, b) = if angle < 1e-4 {
-        (0.5 - angle * angle / 24.0, 1.0 / 6.0 - angle * angle / 120.0)
-    } else {
-        ((1.0 - angle.cos()) / (angle * angle), (angle - angle.sin()) / angle.powi(3))
-    };
-    Matrix3::identity() + cross * a + cross * cross * b
-}
-
-fn inverse_left_jacobian(turn: &Vector3<f64>) -> Matrix3<f64> {
-    left_jacobian(turn).try_inverse().unwrap_or(Matrix3::identity())
 }

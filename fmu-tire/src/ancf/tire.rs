@@ -243,23 +243,36 @@ impl Tire {
     /// One communication step of `size` seconds: the rim follows `told`, the wheel state at its beginning; `vertices` are forces on nodes
     /// held over the step, N. Returns the wrench of the tire on the wheel, mean over the step, without the hub's share added back.
     ///
+    /// The wrench is what balances the tire's momentum, so that momentum is conserved to round-off whatever Newton left: the rim's own
+    /// reaction would carry the stiffness of the damped shell, 1e12 N/m, times the tolerance.
+    ///
     /// # Errors
     /// [`AncfError::Newton`], [`AncfError::Inverted`], [`AncfError::NotFinite`]; the state is then that of the last good inner step.
     pub fn step(&mut self, told: &RigidState, size: f64, vertices: &[(u32, [f64; 3])]) -> Result<Wrench, AncfError> {
         let start = self.state.shell.time;
         let path = RimPath::new(self.state.rim, told, size);
         let inner = (size / self.spec.integrator.step - 1e-9).ceil().max(1.0);
+        let centre = self.state.rim.position;
+        let momentum = |tire: &Self| {
+            let shell = &tire.state.shell;
+            tire.mesh.mesh.momentum(&shell.q, &shell.v, &centre.into()).map(Vector3::from)
+        };
+        let alpha = self.spec.integrator.alpha;
+        let before = momentum(self);
+        let mut ground = self.ground_wrench(vertices, &centre);
         let mut impulse = Wrench::default();
         let mut done = 0.0;
         let mut h = size / inner;
         let mut halvings = 0;
         while done < size * (1.0 - 1e-12) {
             let at_end = f64::min(done + h, size);
-            let rim = path.at(at_end);
-            match self.inner_step(&rim, h, vertices) {
-                Ok(wrench) => {
-                    impulse.force += wrench.force * h;
-                    impulse.moment += wrench.moment * h;
+            match self.inner_step(&path.at(at_end), at_end - done, vertices) {
+                Ok(()) => {
+                    let next = self.ground_wrench(vertices, &centre);
+                    let step = at_end - done;
+                    impulse.force += (next.force * (1.0 + alpha) - ground.force * alpha) * step;
+                    impulse.moment += (next.moment * (1.0 + alpha) - ground.moment * alpha) * step;
+                    ground = next;
                     done = at_end;
                     // No drift of the sum of inner steps against the communication points.
                     self.state.shell.time = start + done;
@@ -274,10 +287,29 @@ impl Tire {
         if let Some((element, ratio)) = self.mesh.mesh.first_inverted(&self.state.shell.q, LEAST_VOLUME) {
             return Err(self.inverted(element, ratio));
         }
-        Ok(Wrench { force: impulse.force / size, moment: impulse.moment / size })
+        let after = momentum(self);
+        let gravity = Vector3::from(self.gravity);
+        // What the rim exerted on the tire: change of momentum less ground and weight.
+        let force = (after[0] - before[0] - impulse.force) / size - gravity * self.hub.mass;
+        let moment = (after[1] - before[1] - impulse.moment) / size - (after[2] + before[2]).cross(&gravity) * 0.5;
+        let middle = (self.state.rim.position - centre) * 0.5;
+        Ok(Wrench { force: -force, moment: -(moment - middle.cross(&force)) })
     }
 
-    fn inner_step(&mut self, rim: &RimMotion, h: f64, vertices: &[(u32, [f64; 3])]) -> Result<Wrench, AncfError> {
+    /// Force of the ground on the tire and its moment about a point.
+    fn ground_wrench(&self, vertices: &[(u32, [f64; 3])], about: &Vector3<f64>) -> Wrench {
+        let mut wrench = Wrench::default();
+        for (node, f) in vertices.iter().chain(&self.plane_forces()) {
+            let first = NODE * *node as usize;
+            let force = Vector3::from(*f);
+            let arm = Vector3::from_column_slice(&self.state.shell.q[first..first + 3]) - about;
+            wrench.force += force;
+            wrench.moment += arm.cross(&force);
+        }
+        wrench
+    }
+
+    fn inner_step(&mut self, rim: &RimMotion, h: f64, vertices: &[(u32, [f64; 3])]) -> Result<(), AncfError> {
         self.set_places(rim);
         let factorisations = self.hht.cost.factorisations;
         let plane = self.state.plane.take();
@@ -301,7 +333,7 @@ impl Tire {
         }
         result?;
         self.state.rim = rim.state;
-        Ok(self.rim_wrench(&rim.state.position))
+        Ok(())
     }
 
     /// The mesh repeats after each division: a wheel that has rolled by k divisions is the factor's wheel with its nodes renamed, and what
@@ -318,20 +350,6 @@ impl Tire {
         let place = |i: usize| (i as i64 - shift).rem_euclid(around) as usize;
         let places = (0..self.mesh.around).flat_map(|i| (0..free).map(move |j| (place(i) * free + j) as u32)).collect();
         self.hht.set_places((shift != 0).then_some(places));
-    }
-
-    /// The tire's force and moment on the wheel: minus what the rim exerts on its nodes.
-    fn rim_wrench(&self, centre: &Vector3<f64>) -> Wrench {
-        let mut wrench = Wrench::default();
-        for (node, _) in &self.rim_nodes.nodes {
-            let first = NODE * *node as usize;
-            let vector = |from: &[f64], k: usize| Vector3::from_column_slice(&from[first + k..first + k + 3]);
-            let force = -vector(self.hht.reaction(), 0);
-            wrench.force += force;
-            wrench.moment += (vector(&self.state.shell.q, 0) - centre).cross(&force)
-                - vector(&self.state.shell.q, 3).cross(&vector(self.hht.reaction(), 3));
-        }
-        wrench
     }
 
     /// The hub's share of a wrench over a step with these mean accelerations: what the vehicle integrates instead, added back.

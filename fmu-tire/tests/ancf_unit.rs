@@ -1,0 +1,191 @@
+//! The unit `tire_ancf`: case 9.3 (free fall, spin-up in the air), its own plane, faults, exact states.
+
+use fmu_tire::ancf::spec::{FlexibleTire, HMMWV_LAYERED, HMMWV_LUMPED};
+use terramech_fmi2::instance::Instance;
+
+/// The HMMWV tire on a coarse mesh, as inline JSON.
+fn coarse(text: &str) -> String {
+    let mut spec: FlexibleTire = serde_json::from_str(text).unwrap();
+    spec.divisions = 24;
+    spec.sections.iter_mut().zip([1, 1, 2]).for_each(|(s, n)| s.elements = n);
+    serde_json::to_string(&spec).unwrap()
+}
+
+struct Unit(Instance);
+
+impl Unit {
+    fn new(specification: &str, set: impl FnOnce(&mut Self)) -> Self {
+        let mut unit = Self(Instance::new(fmu_tire::ancf::model(), None, Box::new(|_, text| println!("{text}"))));
+        let vr = unit.vr("specification");
+        unit.0.set_string(vr, specification).unwrap();
+        unit.0.setup(0.0, None).unwrap();
+        set(&mut unit);
+        unit.0.enter_initialization().unwrap();
+        unit.0.exit_initialization().unwrap();
+        unit
+    }
+
+    fn vr(&self, name: &str) -> u32 {
+        self.0.model().table.find(name).unwrap_or_else(|| panic!("no variable {name}")).0
+    }
+
+    fn get(&mut self, name: &str) -> f64 {
+        let vr = self.vr(name);
+        self.0.real(vr).unwrap()
+    }
+
+    fn set(&mut self, name: &str, x: f64) {
+        let vr = self.vr(name);
+        self.0.set_real(vr, x).unwrap();
+    }
+
+    /// Turned by `angle` about the axle, at height z.
+    fn wheel(&mut self, x: f64, z: f64, vx: f64, vz: f64, angle: f64, omega: f64) {
+        self.set("wheel.position.x", x);
+        self.set("wheel.position.z", z);
+        self.set("wheel.velocity.x", vx);
+        self.set("wheel.velocity.z", vz);
+        self.set("wheel.orientation.w", (0.5 * angle).cos());
+        self.set("wheel.orientation.y", (0.5 * angle).sin());
+        self.set("wheel.angular_velocity.y", omega);
+    }
+}
+
+/// A light wheel (5 kg, 0.2 kg m2) in free fall under the explicit coupling: the wrench stays zero.
+#[test]
+fn free_fall_feels_no_wrench() {
+    for (name, text) in [("layered", HMMWV_LAYERED), ("lumped", HMMWV_LUMPED)] {
+        for (h, steps) in [(4e-5, 200), (1e-3, 30)] {
+            let mut unit = Unit::new(&coarse(text), |_| ());
+            let mass = 5.0 + unit.get("hub.mass");
+            let (mut z, mut v, mut worst, mut first) = (0.0, 0.0, 0.0f64, 0.0f64);
+            for k in 0..steps {
+                unit.wheel(0.0, z, 0.0, v, 0.0, 0.0);
+                unit.0.do_step(f64::from(k) * h, h).unwrap();
+                let force = unit.get("wheel.force.z");
+                // The start of the fall rings for some tens of inner steps.
+                if k >= steps / 2 {
+                    worst = worst.max(force.abs());
+                } else {
+                    first = first.max(force.abs());
+                }
+                v += h * (force / mass - 9.81);
+                z += h * v;
+            }
+            println!(
+                "{name}, H {h}: largest wrench {worst:.3} N (first half {first:.2} N) of {:.1} N weight, fell to v = {v:.5}",
+                9.81 * mass
+            );
+            assert!(worst < 0.005 * 9.81 * mass && first < 0.2 * 9.81 * mass, "{name} {h}: {worst}, first {first}");
+            assert!((v + 9.81 * h * f64::from(steps)).abs() < 0.005 * 9.81 * h * f64::from(steps), "{v}");
+        }
+    }
+}
+
+/// A torque of 50 N m spins the same wheel up in the air: T = I alpha of the whole wheel.
+#[test]
+fn spin_up_in_the_air() {
+    for (name, text) in [("layered", HMMWV_LAYERED), ("lumped", HMMWV_LUMPED)] {
+        for (h, steps) in [(4e-5, 500), (1e-3, 40)] {
+            let mut unit = Unit::new(&coarse(text), |u| u.set("gravity", 0.0));
+            let inertia = 0.2 + unit.get("hub.inertia.yy");
+            let (mut angle, mut omega, mut last) = (0.0, 0.0, 0.0f64);
+            for k in 0..steps {
+                unit.wheel(0.0, 0.0, 0.0, 0.0, angle, omega);
+                unit.0.do_step(f64::from(k) * h, h).unwrap();
+                last = unit.get("wheel.moment.y");
+                omega += h * (50.0 + last) / inertia;
+                angle += h * omega;
+            }
+            let expected = 50.0 / inertia * h * f64::from(steps);
+            println!("{name}, H {h}: omega {omega:.4} expected {expected:.4} rad/s, last moment {last:.3} N m");
+            assert!((omega - expected).abs() < 0.02 * expected, "{name} {h}: {omega} against {expected}");
+        }
+    }
+}
+
+/// On its own plane: presses, rolls, saves and restores with the same bits.
+#[test]
+fn rolls_on_its_plane_and_goes_on_exactly_from_a_saved_state() {
+    let specification = coarse(HMMWV_LUMPED);
+    let place = |u: &mut Unit| {
+        let vr = u.vr("ground");
+        u.0.set_string(vr, "plane").unwrap();
+        u.set("plane.height", -0.475);
+    };
+    let mut unit = Unit::new(&specification, place);
+    let h = 2e-4;
+    let run = |unit: &mut Unit, from: i32, to: i32| {
+        for k in from..to {
+            let t = f64::from(k) * h;
+            let depth = 0.5 * (t / 0.01).min(1.0) * 0.01;
+            unit.wheel(2.0 * t, -depth, 2.0, if t < 0.01 { -0.5 } else { 0.0 }, 2.0 * t / 0.47, 2.0 / 0.47);
+            unit.0.do_step(t, h).unwrap();
+        }
+    };
+    run(&mut unit, 0, 60);
+    let state = unit.0.save().unwrap();
+    run(&mut unit, 60, 90);
+    let mesh = unit.vr("mesh.position");
+    let names = [
+        "wheel.force.x",
+        "wheel.force.z",
+        "wheel.moment.y",
+        "plane.force",
+        "deflection",
+        "patch_area",
+        "strain_energy",
+    ];
+    let first: Vec<f64> = names.iter().map(|n| unit.get(n)).collect();
+    let positions = unit.0.real_array(mesh).unwrap().to_vec();
+    println!("{names:?}: {first:?}");
+    assert!(first[3] > 100.0 && first[5] > 0.0, "{first:?}");
+    let mut other = Unit::new(&specification, place);
+    other.0.restore(&state).unwrap();
+    run(&mut other, 60, 90);
+    let second: Vec<f64> = names.iter().map(|n| other.get(n)).collect();
+    assert_eq!(first, second);
+    assert!(other.0.real_array(mesh).unwrap() == positions.as_slice(), "the same bits");
+}
+
+/// The tangent kept over steps changes the result by no more than the tolerance says.
+#[test]
+fn kept_tangent_agrees_with_full_newton() {
+    let run = |tolerance: f64| {
+        let mut spec: FlexibleTire = serde_json::from_str(&coarse(HMMWV_LAYERED)).unwrap();
+        spec.integrator.tolerance = tolerance;
+        let place = |u: &mut Unit| {
+            let vr = u.vr("ground");
+            u.0.set_string(vr, "plane").unwrap();
+            u.set("plane.height", -0.469);
+        };
+        let mut unit = Unit::new(&serde_json::to_string(&spec).unwrap(), place);
+        let h = 1e-4;
+        for k in 0..100 {
+            let t = f64::from(k) * h;
+            unit.wheel(3.0 * t, -0.5 * t, 3.0, -0.5, 3.0 * t / 0.467, 3.0 / 0.467);
+            unit.0.do_step(t, h).unwrap();
+        }
+        let mesh = unit.vr("mesh.position");
+        (unit.0.real_array(mesh).unwrap().to_vec(), unit.get("wheel.force.z"))
+    };
+    let (b, fb) = run(1e-13);
+    let (a, fa) = run(1e-8);
+    let worst = a.iter().zip(&b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+    println!("positions differ by {worst:.2e} m after 100 steps, force {fa:.3} N against {fb:.3} N");
+    assert!(worst < 1e-6 && (fa - fb).abs() < 1e-2 * fb.abs(), "{worst} {fa} {fb}");
+}
+
+#[test]
+fn faults_are_named() {
+    let mut unit = Instance::new(fmu_tire::ancf::model(), None, Box::new(|_, _| ()));
+    let vr = unit.model().table.find("specification").unwrap().0;
+    unit.set_string(vr, &coarse(HMMWV_LAYERED).replace("\"divisions\":24", "\"divisions\":3")).unwrap();
+    unit.setup(0.0, None).unwrap();
+    assert!(unit.enter_initialization().is_err());
+    let mut unit = Unit::new(&coarse(HMMWV_LAYERED), |_| ());
+    let (index, force) = (unit.vr("contact.index"), unit.vr("contact.force"));
+    unit.0.set_integer_array(index, &[5, 4]).unwrap();
+    unit.0.set_real_array(force, &[0.0; 6]).unwrap();
+    assert!(unit.0.do_step(0.0, 1e-4).is_err());
+}
