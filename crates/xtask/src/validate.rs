@@ -19,6 +19,11 @@ struct Part {
 const PARTS: &[Part] = &[
     Part { name: "dem-p", title: "DEM-P terrain", args: &["--package", "fmu-terrain"] },
     Part { name: "ancf", title: "ANCF shell and flexible tire", args: &["--package", "fmu-tire"] },
+    Part {
+        name: "vehicle",
+        title: "Vehicle and multibody",
+        args: &["--package", "fmu-vehicle", "--package", "terramech-handling-tires"],
+    },
     Part { name: "coupling", title: "Coupled system", args: &["--package", "terramech-system-tests"] },
 ];
 

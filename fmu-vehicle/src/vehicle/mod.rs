@@ -1,7 +1,7 @@
 //! A vehicle made of templates, and the unit `vehicle`.
 //!
 //! A vehicle is JSON ([`config`]): chassis, axles with a suspension, steering, driveline and powertrain, each by the name of its
-//! template, in place or in a file of its own. [`build`] assembles it, [`place`] finds its rest, [`dynamics`] moves it; [`unit`] is the
+//! template, in place or in a file of its own. [`build`] assembles it, [`place`] finds its rest, [`dynamics`] moves it; [`mod@unit`] is the
 //! interface.
 //!
 //! # Signs
