@@ -8,6 +8,7 @@
 
 mod ordering;
 mod solver;
+mod substitution;
 
 pub use ordering::block_order;
 pub use solver::{Precision, SymmetricPattern, SymmetricSolver};

@@ -1,6 +1,7 @@
 //! The solver: analysis, factorisation, solve.
 
-use super::SparseError;
+use super::substitution::Real;
+use super::{SparseError, substitution};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::perm::PermRef;
@@ -88,8 +89,8 @@ pub enum Precision {
 }
 
 enum Factor {
-    Double(Vec<f64>),
-    Single { values: Vec<f32>, entries: Vec<f32>, rhs: Vec<f32> },
+    Double { values: Vec<f64>, x: Vec<f64>, work: Vec<f64> },
+    Single { values: Vec<f32>, x: Vec<f32>, work: Vec<f32>, entries: Vec<f32>, rhs: Vec<f32> },
 }
 
 /// A symmetric sparse system with kept analysis.
@@ -128,10 +129,15 @@ impl SymmetricSolver {
             .map_err(|e| SparseError::Analysis(format!("{e:?}")))?;
         let length = symbolic.len_val();
         let (factor, request) = match precision {
-            Precision::Double => (Factor::Double(vec![0.0; length]), requirement::<f64>(&symbolic)),
+            Precision::Double => (
+                Factor::Double { values: vec![0.0; length], x: vec![0.0; n], work: vec![0.0; n] },
+                requirement::<f64>(&symbolic),
+            ),
             Precision::Single => (
                 Factor::Single {
                     values: vec![0.0; length],
+                    x: vec![0.0; n],
+                    work: vec![0.0; n],
                     entries: vec![0.0; pattern.row_idx.len()],
                     rhs: vec![0.0; n],
                 },
@@ -161,7 +167,7 @@ impl SymmetricSolver {
     pub fn negative_pivots(&self) -> usize {
         match &self.factor {
             _ if !self.ready => 0,
-            Factor::Double(values) => count_negative(&self.symbolic, values),
+            Factor::Double { values, .. } => count_negative(&self.symbolic, values),
             Factor::Single { values, .. } => count_negative(&self.symbolic, values),
         }
     }
@@ -184,7 +190,7 @@ impl SymmetricSolver {
             SparseError::ZeroPivot { index }
         };
         match &mut self.factor {
-            Factor::Double(l) => {
+            Factor::Double { values: l, .. } => {
                 self.symbolic
                     .factorize_numeric_ldlt(
                         l,
@@ -224,30 +230,46 @@ impl SymmetricSolver {
         assert!(self.ready, "factor before solve");
         let n = self.pattern.len();
         assert_eq!(rhs.len(), n, "one value per row");
-        let stack = MemStack::new(&mut self.memory);
         match &mut self.factor {
-            Factor::Double(l) => LdltRef::new(&self.symbolic, l).solve_in_place_with_conj(
-                Conj::No,
-                MatMut::from_column_major_slice_mut(rhs, n, 1),
-                Par::Seq,
-                stack,
-            ),
-            Factor::Single { values, rhs: narrow, .. } => {
+            Factor::Double { values, x, work } => substitute(&self.symbolic, values, rhs, x, work, &mut self.memory),
+            Factor::Single { values, x, work, rhs: narrow, .. } => {
                 // Scaled, so that tiny residuals do not fall below the smallest f32.
                 let scale = rhs.iter().fold(0.0f64, |m, x| m.max(x.abs()));
                 if scale == 0.0 {
                     return;
                 }
                 narrow.iter_mut().zip(rhs.iter()).for_each(|(a, b)| *a = (*b / scale) as f32);
-                LdltRef::new(&self.symbolic, values).solve_in_place_with_conj(
-                    Conj::No,
-                    MatMut::from_column_major_slice_mut(narrow, n, 1),
-                    Par::Seq,
-                    stack,
-                );
+                substitute(&self.symbolic, values, narrow, x, work, &mut self.memory);
                 rhs.iter_mut().zip(narrow.iter()).for_each(|(a, b)| *a = f64::from(*b) * scale);
             }
         }
+    }
+}
+
+/// Solves with the factor in `values`; `x` and `work` are scratch as long as `rhs`.
+fn substitute<T: Real + faer::traits::ComplexField>(
+    symbolic: &SymbolicCholesky<usize>,
+    values: &[T],
+    rhs: &mut [T],
+    x: &mut [T],
+    work: &mut [T],
+    memory: &mut MemBuffer,
+) {
+    let n = rhs.len();
+    match (symbolic.raw(), symbolic.perm()) {
+        (SymbolicCholeskyRaw::Supernodal(s), Some(order)) => {
+            let (forward, _) = order.arrays();
+            x.iter_mut().zip(forward).for_each(|(x, &from)| *x = rhs[from]);
+            substitution::solve(s, values, x, work);
+            x.iter().zip(forward).for_each(|(x, &to)| rhs[to] = *x);
+        }
+        // Small or very sparse systems: the library's own.
+        _ => LdltRef::new(symbolic, values).solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(rhs, n, 1),
+            Par::Seq,
+            MemStack::new(memory),
+        ),
     }
 }
 
