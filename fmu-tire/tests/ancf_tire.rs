@@ -175,17 +175,14 @@ fn load_deflection(spec: &FlexibleTire, deflections: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Load-deflection against the fitted curve of the same tire size (another model: same shape, 30 %).
+/// Pressed on a plane: force rises with deflection, and equilibrium is found again at each.
 #[test]
-fn load_deflection_has_the_shape_of_the_fitted_curve() {
-    for (name, text) in [("layered", HMMWV_LAYERED), ("lumped", HMMWV_LUMPED)] {
-        let forces = load_deflection(&coarser(text, 30, [1, 2, 3]), &[0.015, 0.03, 0.05]);
-        for (got, fitted) in forces.iter().zip([2352.0, 6190.0, 12139.0]) {
-            println!("{name}: {got:.0} N, {:.2} of {fitted}", got / fitted);
-        }
-    }
+fn presses_on_a_plane() {
+    let forces = load_deflection(&coarser(HMMWV_LUMPED, 24, [1, 1, 2]), &[0.005, 0.01]);
+    assert!(forces[0] > 500.0 && forces[1] > 1.2 * forces[0], "{forces:?}");
 }
 
+/// Beside the fitted curve of the same tire size (2,352 N at 15 mm, 6,190 N at 30 mm, 12,139 N at 50 mm; another model): reported.
 #[test]
 #[ignore = "minutes; run by `cargo xtask validate ancf`"]
 fn load_deflection_converges_with_the_mesh() {
@@ -195,7 +192,8 @@ fn load_deflection_converges_with_the_mesh() {
             .filter(|x| std::env::var("ONLY").map_or(true, |o| o == x.0.to_string()))
         {
             let forces = load_deflection(&coarser(text, divisions, elements), &[0.015, 0.03, 0.05]);
-            println!("{name} {divisions}: {forces:?}");
+            let ratios: Vec<f64> = forces.iter().zip([2352.0, 6190.0, 12139.0]).map(|(f, c)| f / c).collect();
+            println!("{name} {divisions}: {forces:.0?} N, {ratios:.2?} of the fitted curve");
         }
     }
 }

@@ -12,17 +12,20 @@ use super::assembly::Assembly;
 use super::external::{Block, External};
 use super::kernel::{Loads, TangentWeights};
 use super::mesh::{ForceBuffer, NODE, ShellMesh};
+use super::secant::Secant;
 use super::statics::correction_norm;
-use super::update::Update;
 use nalgebra::{Matrix3, Vector3};
-use std::collections::BTreeMap;
 
 /// Steps after which the contraction is measured again.
 pub const REMEASURE: usize = 16;
-/// Contraction beyond which the tangent is renewed before the next step.
+/// Iterations beyond which the tangent is renewed before the next step.
+const MANY: usize = 5;
+/// Contraction below which one iteration may be enough.
 const SLOW: f64 = 0.2;
 /// Contraction is taken to be no better than this: a stiff mode that the old tangent hardly damps hides behind the many that it does.
 const DOUBT: f64 = 0.05;
+/// A residual that falls to more than this share makes a secant pair.
+const STALE: f64 = 0.05;
 /// A first correction this much larger than the least since the tangent was renewed has its contraction measured: errors of stiff modes
 /// that the old tangent no longer damps grow from step to step.
 const GROWN: f64 = 8.0;
@@ -106,6 +109,7 @@ pub struct KeptTangent {
     rho: f64,
     least: Option<f64>,
     since_measured: usize,
+    secant: Secant,
 }
 
 /// The integrator: iteration matrix and scratch memory. The state is separate.
@@ -125,8 +129,9 @@ pub struct Hht {
     turned: Vec<f64>,
     least: f64,
     first: f64,
-    update: Update,
-    blocks: Vec<Block>,
+    secant: Secant,
+    /// Residual and correction of the iteration before, in the factor's axes; empty at the beginning of a step.
+    before: Option<(Vec<f64>, Vec<f64>)>,
     kept: KeptTangent,
     rho: f64,
     since_measured: usize,
@@ -152,8 +157,8 @@ impl Hht {
             turned: Vec::new(),
             least: f64::INFINITY,
             first: 0.0,
-            update: Update::default(),
-            blocks: Vec::new(),
+            secant: Secant::default(),
+            before: None,
             kept: KeptTangent::default(),
             rho: 1.0,
             since_measured: 0,
@@ -191,6 +196,7 @@ impl Hht {
             rho: self.rho,
             least: self.least.is_finite().then_some(self.least),
             since_measured: self.since_measured,
+            secant: self.secant.clone(),
             ..self.kept.clone()
         }
     }
@@ -209,6 +215,7 @@ impl Hht {
             self.rho = kept.rho;
             self.least = kept.least.unwrap_or(f64::INFINITY);
             self.since_measured = kept.since_measured;
+            self.secant = kept.secant.clone();
         }
         Ok(())
     }
@@ -286,6 +293,7 @@ impl Hht {
                 continue;
             }
             self.predict(state, h, gamma, beta);
+            self.before = None;
             self.trial.time = end;
             let ShellState { q, v, a, .. } = &mut self.trial;
             prescribe(q, v, a);
@@ -310,13 +318,13 @@ impl Hht {
                 if self.converged(full, iteration, last) {
                     self.accept(state);
                     self.least = self.least.min(self.first);
-                    if self.rho > SLOW {
+                    if iteration > MANY || self.secant.is_full() {
                         self.forget_tangent();
                     }
                     return Ok(());
                 }
                 let left = (self.options.iterations - iteration) as i32;
-                if iteration > 2 && !full && last * self.rho.powi(left) > self.options.tolerance {
+                if iteration > 4 && !full && last * self.rho.powi(left) > self.options.tolerance {
                     break;
                 }
             }
@@ -363,9 +371,6 @@ impl Hht {
         }
         self.assembly.restrict(&self.reaction, &mut self.free);
         self.free.iter_mut().for_each(|x| *x = -*x);
-        let weights = self.weights(h, gamma, beta);
-        self.blocks.clear();
-        dynamics.external.add_tangent(1.0, weights.stiffness, weights.velocity, &trial.q, &trial.v, &mut self.blocks);
         self.solve_in_frame();
         self.assembly.add_to(&mut trial.q, 1.0, &self.free);
         self.assembly.add_to(&mut trial.v, gamma / (beta * h), &self.free);
@@ -383,7 +388,7 @@ impl Hht {
         self.turns = now.iter().enumerate().map(|(b, axes)| axes * self.axes[place(b)].transpose()).collect();
     }
 
-    /// Solves for `free` with the kept factor in its axes, corrected for the present contacts.
+    /// Solves for `free` with the kept factor in its axes, corrected by the secant pairs.
     fn solve_in_frame(&mut self) {
         let place = |b: usize| self.places.as_ref().map_or(b, |p| p[b] as usize);
         self.turned.resize(self.free.len(), 0.0);
@@ -394,14 +399,18 @@ impl Hht {
                 self.turned[to..to + 3].copy_from_slice(r.tr_mul(&x).as_slice());
             }
         }
-        let mut now = BTreeMap::new();
-        for (node, block) in &self.blocks {
-            if let Some(b) = self.assembly.block(*node) {
-                let (r, m) = (&self.turns[b as usize], Matrix3::from_fn(|i, j| block[i][j]));
-                now.insert(place(b as usize) as u32, r.transpose() * m * r);
+        let residual = self.turned.clone();
+        if let Some((earlier, correction)) = self.before.take() {
+            let fall: Vec<f64> = earlier.iter().zip(&residual).map(|(a, b)| a - b).collect();
+            // A pair is worth its memory where the factor alone did badly.
+            let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+            if size(&residual) > STALE * STALE * size(&earlier) {
+                self.secant.add(&correction, fall);
             }
         }
-        self.update.solve(&mut self.assembly, &now, &mut self.turned);
+        let assembly = &mut self.assembly;
+        self.secant.solve(&mut self.turned, |x| assembly.solve(x));
+        self.before = Some((residual, self.turned.clone()));
         for (b, r) in self.turns.iter().enumerate() {
             for half in [0, 3] {
                 let from = NODE * place(b) + half;
@@ -446,14 +455,8 @@ impl Hht {
         self.step_of_factor = f64::NAN;
         let KeptTangent { q, blocks, .. } = &self.kept;
         self.assembly.factor(mesh, loads, q, &weights, blocks)?;
-        // The factor holds the symmetric part.
-        let mut base = BTreeMap::new();
-        for (node, block) in blocks {
-            if let Some(b) = self.assembly.block(*node) {
-                base.insert(b, Matrix3::from_fn(|i, j| 0.5 * (block[i][j] + block[j][i])));
-            }
-        }
-        self.update.reset(base);
+        self.secant.clear();
+        self.before = None;
         self.step_of_factor = h;
         self.places = None;
         self.axes = local_axes(mesh, &self.assembly, q);

@@ -19,7 +19,10 @@
 //! | [`material`], [`laminate`] | engineering constants, layers |
 //! | [`element`], [`strain`], [`kernel`] | the shell |
 //! | [`mesh`], [`assembly`] | many shells: forces, tangent, sparse scatter |
-//! | [`statics`], [`hht`] | equilibrium, time integration |
+//! | [`statics`], [`hht`], [`secant`] | equilibrium, time integration, its quasi-Newton memory |
+//! | [`spec`], [`profile`], [`geometry`], [`inflate`] | the tire: specification, mesh, inflation |
+//! | [`plane`], [`rim`], [`tire`] | ground of its own, rim's motion, the tire on a wheel |
+//! | [`variables`], [`FlexibleTireUnit`] | the unit `tire_ancf` |
 
 pub mod assembly;
 pub mod element;
@@ -35,12 +38,12 @@ pub mod mesh;
 pub mod plane;
 pub mod profile;
 pub mod rim;
+pub mod secant;
 pub mod spec;
 pub mod statics;
 pub mod strain;
 pub mod tire;
 mod unit;
-pub mod update;
 pub mod variables;
 
 pub use error::AncfError;
