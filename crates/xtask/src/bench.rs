@@ -2,6 +2,8 @@
 //!
 //! Row names are `<bench>.<case>.<quantity>`; they are stable, so that results of different days can be compared.
 
+mod dem;
+
 use anyhow::{Context, Result, bail};
 use serde_json::json;
 use std::path::Path;
@@ -21,7 +23,7 @@ pub struct Row {
 /// A benchmark: name, what it does, its function.
 type Bench = (&'static str, &'static str, fn() -> Result<Vec<Row>>);
 
-const BENCHES: &[Bench] = &[];
+const BENCHES: &[Bench] = &[("dem", "granular engine beside LAMMPS, 20k and 100k grains, 1 and 2 threads", dem::dem)];
 
 /// Runs the benchmark `name`; prints a table, writes JSON when asked.
 ///

@@ -121,7 +121,8 @@ unsafe fn some<V: Reals, const ROLL: bool, const ADHESION: bool>(
         let rows = batch.rows.as_ptr();
         let forces = batch.force.as_mut_ptr();
         let slips = batch.slip.as_mut_ptr().add(p);
-        let last = batch.other.len() - 1;
+        // The end of the list has nothing ahead.
+        let ahead = if p + V::N + AHEAD <= batch.other.len() { AHEAD } else { 0 };
         let [zero, half] = [V::splat(0.0), V::splat(0.5)];
         let h = V::splat(terms.h);
         let (mut spare_slip, mut spare_force) = ([0.0_f64; 4], [0.0_f64; 8]);
@@ -138,7 +139,7 @@ unsafe fn some<V: Reals, const ROLL: bool, const ADHESION: bool>(
                 on_b[l] = forces.add(j - batch.first).cast();
                 slip_at[l] = slips.add(l).cast();
             }
-            let next: *const i8 = rows.add(*batch.other.get_unchecked((at + AHEAD).min(last)) as usize).cast();
+            let next: *const i8 = rows.add(*batch.other.get_unchecked(at + ahead) as usize).cast();
             _mm_prefetch::<_MM_HINT_T0>(next);
             _mm_prefetch::<_MM_HINT_T0>(next.add(64));
         }
@@ -172,11 +173,11 @@ unsafe fn some<V: Reals, const ROLL: bool, const ADHESION: bool>(
             PairTerms::split::<V>(of)
         };
         let dist = d2.sqrt();
-        // One division for three reciprocals.
-        let inverse = V::splat(1.0).div(dist.mul(inv_m).mul(reach));
-        let inv_dist = inverse.mul(inv_m).mul(reach);
-        let m_eff = inverse.mul(dist).mul(reach);
-        let r_eff = xa[3].mul(xb[3]).mul(inverse.mul(dist).mul(inv_m));
+        // One division for three reciprocals, beside the root and not after it.
+        let inverse = V::splat(1.0).div(d2.mul(inv_m.mul(reach)));
+        let inv_dist = dist.mul(inverse.mul(inv_m.mul(reach)));
+        let m_eff = inverse.mul(d2.mul(reach));
+        let r_eff = xa[3].mul(xb[3]).mul(inverse.mul(d2.mul(inv_m)));
         let n = scale(inv_dist, d);
         let delta = reach.sub(dist);
         let (la, lb) = (half.fnma(delta, xa[3]), half.fnma(delta, xb[3]));
