@@ -29,9 +29,9 @@ pub struct FlexibleTire {
     pub sections: Vec<Section>,
     /// Materials that layers name.
     pub materials: Vec<MaterialSpec>,
-    /// Inflation pressure above the surroundings [Pa].
+    /// Inflation pressure above the surroundings (Pa).
     pub pressure: f64,
-    /// Structural damping: the stress is that of strain + damping x strain rate [s]. Usual 0.005 to 0.15.
+    /// Structural damping: the stress is that of strain + damping x strain rate (s). Usual 0.005 to 0.15.
     pub damping: f64,
     /// Surface of the tire, and its own contact with a rigid plane.
     #[serde(default)]
@@ -45,9 +45,9 @@ pub struct FlexibleTire {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rim {
-    /// Radius from which the profile's radial offsets count [m].
+    /// Radius from which the profile's radial offsets count (m).
     pub radius: f64,
-    /// Width between the beads; of the toroid's form only, else for information [m].
+    /// Width between the beads; of the toroid's form only, else for information (m).
     pub width: f64,
 }
 
@@ -59,7 +59,7 @@ pub enum Shape {
     Profile(Vec<[f64; 3]>),
     /// Half an ellipse over the rim's width.
     Toroid {
-        /// Height above the rim radius [m].
+        /// Height above the rim radius (m).
         height: f64,
     },
 }
@@ -80,9 +80,9 @@ pub struct Section {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayerSpec {
-    /// Thickness [m].
+    /// Thickness (m).
     pub thickness: f64,
-    /// Angle of the fibres from the circumferential direction, about the outward normal [rad].
+    /// Angle of the fibres from the circumferential direction, about the outward normal (rad).
     pub angle: f64,
     /// Name of the material.
     pub material: String,
@@ -94,13 +94,13 @@ pub struct LayerSpec {
 pub struct MaterialSpec {
     /// Name.
     pub name: String,
-    /// Density [kg/m3].
+    /// Density (kg/m3).
     pub density: f64,
-    /// Young's moduli E1, E2, E3 [Pa].
+    /// Young's moduli E1, E2, E3 (Pa).
     pub young: [f64; 3],
-    /// Poisson's ratios nu12, nu13, nu23 [1].
+    /// Poisson's ratios nu12, nu13, nu23 (1).
     pub poisson: [f64; 3],
-    /// Shear moduli G12, G13, G23 [Pa].
+    /// Shear moduli G12, G13, G23 (Pa).
     pub shear: [f64; 3],
 }
 
@@ -108,19 +108,19 @@ pub struct MaterialSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Contact {
-    /// Coefficient of friction [1].
+    /// Coefficient of friction (1).
     pub friction: f64,
-    /// Coefficient of restitution, for the terrain's contact [1].
+    /// Coefficient of restitution, for the terrain's contact (1).
     pub restitution: f64,
-    /// Young's modulus of the surface, for the terrain's contact [Pa].
+    /// Young's modulus of the surface, for the terrain's contact (Pa).
     pub young_modulus: f64,
-    /// Poisson's ratio of the surface, for the terrain's contact [1].
+    /// Poisson's ratio of the surface, for the terrain's contact (1).
     pub poisson_ratio: f64,
-    /// Normal stiffness of a node on the plane [N/m].
+    /// Normal stiffness of a node on the plane (N/m).
     pub normal_stiffness: f64,
-    /// Normal damping of a node on the plane [N s/m].
+    /// Normal damping of a node on the plane (N s/m).
     pub normal_damping: f64,
-    /// Tangential stiffness of a sticking node [N/m].
+    /// Tangential stiffness of a sticking node (N/m).
     pub tangential_stiffness: f64,
 }
 
@@ -142,11 +142,11 @@ impl Default for Contact {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Integrator {
-    /// Numerical damping of the HHT method, -1/3 to 0 [1].
+    /// Numerical damping of the HHT method, -1/3 to 0 (1).
     pub alpha: f64,
-    /// Largest inner step [s].
+    /// Largest inner step (s).
     pub step: f64,
-    /// Newton stops when no material point will move further than this [m].
+    /// Newton stops when no material point will move further than this (m).
     pub tolerance: f64,
     /// Newton iterations before the tangent is renewed, and again before the step is halved.
     pub iterations: u32,

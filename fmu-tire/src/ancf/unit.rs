@@ -19,7 +19,7 @@ use terramech_mechanics::sparse::Precision;
 pub struct FlexibleTireUnit {
     vars: Variables,
     tire: Option<Tire>,
-    /// Pressure's volume at inflation [m3], areas of the nodes [m2].
+    /// Pressure's volume at inflation (m3), areas of the nodes (m2).
     volume: f64,
     areas: Vec<f64>,
     touching: f64,

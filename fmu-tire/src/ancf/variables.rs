@@ -10,39 +10,39 @@ pub struct Variables {
     pub common: CommonVars,
     /// `none` or `plane`.
     pub ground: StringVar,
-    /// Height of the plane [m].
+    /// Height of the plane (m).
     pub plane_height: RealVar,
-    /// Gravity along Z [m/s2].
+    /// Gravity along Z (m/s2).
     pub gravity: RealVar,
     /// In: state of the wheel.
     pub wheel_state: StateVars,
     /// In: vertices in contact.
     pub contact_index: IntegerArrayVar,
-    /// In: forces on them [N].
+    /// In: forces on them (N).
     pub contact_force: RealArrayVar,
     /// Out: what acts on the hub.
     pub wheel_wrench: WrenchVars,
-    /// Out: vertices in the inertial frame [m].
+    /// Out: vertices in the inertial frame (m).
     pub mesh_position: RealArrayVar,
-    /// Out: their velocities [m/s].
+    /// Out: their velocities (m/s).
     pub mesh_velocity: RealArrayVar,
     /// Out: triangles.
     pub mesh_triangle: IntegerArrayVar,
     /// Out: strains per element, circumferential, radial, shear.
     pub mesh_strain: RealArrayVar,
-    /// Out: compliance per vertex [m/N].
+    /// Out: compliance per vertex (m/N).
     pub mesh_compliance: RealArrayVar,
-    /// Mass handed to the hub [kg].
+    /// Mass handed to the hub (kg).
     pub hub_mass: RealVar,
-    /// Moments handed to the hub: xx, yy, zz [kg m2].
+    /// Moments handed to the hub: xx, yy, zz (kg m2).
     pub hub_inertia: [RealVar; 3],
-    /// Undeformed radius, largest distance from the axle when inflated, width [m].
+    /// Undeformed radius, largest distance from the axle when inflated, width (m).
     pub sizes: [RealVar; 3],
     /// Friction, restitution, Young's modulus, Poisson's ratio.
     pub material: [RealVar; 4],
-    /// Out: deflection [m], patch area [m2], force of the plane along Z [N].
+    /// Out: deflection (m), patch area (m2), force of the plane along Z (N).
     pub contact: [RealVar; 3],
-    /// Out: strain energy, kinetic energy, work of the pressure since inflation [J].
+    /// Out: strain energy, kinetic energy, work of the pressure since inflation (J).
     pub energies: [RealVar; 3],
 }
 
