@@ -204,6 +204,8 @@ impl Unit for FlexibleTireUnit {
     }
 
     fn step(&mut self, v: &mut Values, _: &Host, step: Step) -> Result<(), UnitError> {
+        // Strain rates fade into denormal numbers once a tire is at rest.
+        let _mode = terramech_simd::FlushDenormals::new();
         let told = wheel_state(v, &self.vars.wheel_state)?;
         let vars = self.vars;
         let vertices = self.tire()?.mesh.mesh.node_count();
