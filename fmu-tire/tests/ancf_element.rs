@@ -157,3 +157,36 @@ fn bad_input_is_named() {
     (0..4).for_each(|i| (3..6).for_each(|k| flipped[6 * i + k] *= -1.0));
     assert!(ElementType::new(&flipped, &layers()).unwrap_err().to_string().contains("counter-clockwise"));
 }
+
+/// Patch test: distorted elements under a uniform in-plane deformation, and under a uniform thickness stretch, leave the inner node in
+/// equilibrium.
+#[test]
+fn patch_test() {
+    use fmu_tire::ancf::mesh::{ForceBuffer, Shell, ShellMesh};
+    let corners =
+        [(0.0, 0.0), (0.4, 0.0), (1.0, 0.0), (0.0, 0.6), (0.55, 0.42), (1.0, 0.5), (0.0, 1.0), (0.35, 1.0), (1.0, 1.0)];
+    let reference: Vec<f64> = corners.iter().flat_map(|&(x, y)| [x, y, 0.0, 0.0, 0.0, 1.0]).collect();
+    // Isotropic: fibres would follow each element's own x, and the patch would not be uniform.
+    let laminate = Laminate::single(0.013, Orthotropic::isotropic(900.0, 3e7, 0.4));
+    let shell = |a: u32| Shell { nodes: [a, a + 1, a + 4, a + 3], laminate: 0 };
+    let mesh = ShellMesh::new(reference.clone(), [0, 1, 3, 4].map(shell).to_vec(), &[laminate]).unwrap();
+    let stretched = |f: [[f64; 2]; 2], thickness: f64| -> Vec<f64> {
+        reference
+            .chunks(6)
+            .flat_map(|n| [f[0][0] * n[0] + f[0][1] * n[1], f[1][0] * n[0] + f[1][1] * n[1], 0.0, 0.0, 0.0, thickness])
+            .collect()
+    };
+    let mut largest = 0.0f64;
+    for (f, thickness) in
+        [([[1.01, 0.0], [0.0, 1.0]], 1.0), ([[1.02, 0.01], [-0.02, 0.97]], 1.0), ([[1.0, 0.0], [0.0, 1.0]], 0.98)]
+    {
+        let q = stretched(f, thickness);
+        let n = q.len();
+        let (mut force, mut inertia) = (vec![0.0; n], vec![0.0; n]);
+        mesh.forces(&NO_LOADS, &q, &vec![0.0; n], &vec![0.0; n], &mut ForceBuffer::default(), &mut force, &mut inertia);
+        largest = force.iter().fold(largest, |m, f| m.max(f.abs()));
+        let inner = (24..27).map(|k| force[k].abs()).fold(0.0, f64::max);
+        println!("inner node {inner:.2e} N of {largest:.2e} N");
+        assert!(inner < 1e-10 * largest, "{inner} of {largest}");
+    }
+}

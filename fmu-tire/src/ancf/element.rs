@@ -64,8 +64,13 @@ fn jacobian(q: &[f64; COORDS], half: f64, xi: f64, eta: f64, zeta: f64) -> Matri
 /// Transformation of covariant strains (xx, yy, 2xy, zz, 2xz, 2yz) to Cartesian axes: first along the xi line, third normal to the
 /// lamina, turned by `angle` about it.
 fn transformation(j: &Matrix3<f64>, angle: f64) -> Matrix6<f64> {
-    let a1 = j.column(0).normalize();
+    aligned_transformation(j, &j.column(0).into(), angle)
+}
+
+/// The same with the first axis along the projection of `along` on the lamina.
+fn aligned_transformation(j: &Matrix3<f64>, along: &Vector3<f64>, angle: f64) -> Matrix6<f64> {
     let a3 = j.column(0).cross(&j.column(1)).normalize();
+    let a1 = (along - a3 * a3.dot(along)).normalize();
     let a2 = a3.cross(&a1);
     let (s, c) = angle.sin_cos();
     let axes = Matrix3::from_columns(&[a1 * c + a2 * s, a2 * c - a1 * s, a3]);
@@ -203,7 +208,10 @@ fn condensed_stiffness(
         let j = jacobian(q, half, xi, eta, zeta);
         let det = j.determinant();
         let b = transformation(&j, angle) * covariant(kx, ky, zeta);
-        let g = transformation(centre_j, angle) * enhancement(xi, eta, zeta) * (centre_j.determinant() / det);
+        // In the in-plane axes of this point, else the enhanced strains of a distorted element do work on a uniform stress (patch test).
+        let g = aligned_transformation(centre_j, &j.column(0).into(), angle)
+            * enhancement(xi, eta, zeta)
+            * (centre_j.determinant() / det);
         let cb = materials[layer] * b * (det * weight);
         *k += b.transpose() * cb;
         coupling += g.transpose() * cb;
