@@ -227,7 +227,7 @@ impl CpuEngine {
         self.rebuild(HINT)
     }
 
-    /// Memory held for state and scratch [bytes].
+    /// Memory held for state and scratch (bytes).
     pub fn memory(&self) -> usize {
         self.state.memory() + self.scratch.iter().map(Scratch::memory).sum::<usize>()
     }

@@ -145,7 +145,7 @@ impl DemState {
         self.slabs.iter().map(|s| s.walls.iter().filter(|w| w.slip[3] != 0.0).count() + s.bodies.len()).sum()
     }
 
-    /// Memory held [bytes].
+    /// Memory held (bytes).
     pub fn memory(&self) -> usize {
         bytes(&self.rows) + bytes(&self.ids) + bytes(&self.force) + self.slabs.iter().map(Slab::memory).sum::<usize>()
     }

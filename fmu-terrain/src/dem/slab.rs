@@ -75,7 +75,7 @@ impl Slab {
         self.first as usize..self.last as usize
     }
 
-    /// Memory held [bytes].
+    /// Memory held (bytes).
     pub fn memory(&self) -> usize {
         bytes(&self.start)
             + bytes(&self.other)
@@ -134,7 +134,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Memory held [bytes].
+    /// Memory held (bytes).
     pub fn memory(&self) -> usize {
         bytes(&self.force) + bytes(&self.wall_force) + bytes(&self.body_loads) + bytes(&self.body_pairs)
     }

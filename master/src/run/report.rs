@@ -26,8 +26,9 @@ pub fn manifest(plan: &Plan, options: &Options) -> Manifest {
         })
         .collect();
     manifest.threads = options.threads;
-    if let Ok(path) = std::env::var("TERRAMECH_ISA") {
-        manifest.instruction_path = path;
+    // What units that choose a path at run time choose: the same rule, so the same answer.
+    if let Ok(isa) = terramech_simd::Isa::chosen() {
+        manifest.instruction_path = isa.to_string();
     }
     manifest
 }
