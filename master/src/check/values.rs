@@ -179,7 +179,7 @@ fn overridden(system: &System<'_>, text: &str, all: &mut [Vec<Setting>], faults:
         let kind = FaultKind::BadValue {
             what: "--set".into(),
             given: text.to_owned(),
-            allowed: "unit.variable=value, such as rig.slip=0.5".into(),
+            allowed: "unit.variable=value, such as rig.drive.slip=0.5".into(),
         };
         faults.add(&place, "", kind);
     };
