@@ -16,6 +16,9 @@ use serde::{Deserialize, Serialize};
 use terramech_fmi2::UnitError;
 use terramech_fmi2::specification::Faults;
 
+/// Most grains of a bed: about 20 GB of state.
+pub const GREATEST_COUNT: usize = 50_000_000;
+
 /// Bodies that a terrain takes.
 pub const BODIES: usize = 8;
 
@@ -311,8 +314,24 @@ impl Bed {
             f.check(x.is_finite() && x >= 4.0 * greatest, path, x, &allowed);
         }
         match self.fill {
-            Fill::Depth(d) => f.positive("bed.fill.depth", d),
-            Fill::Count(n) => f.check((1..=50_000_000).contains(&n), "bed.fill.count", n, "1 to 50000000"),
+            Fill::Depth(d) => {
+                f.positive("bed.fill.depth", d);
+                // Told here: placing them would run out of memory, which ends the whole process.
+                let least = match soil.radius {
+                    Radius::Equal(r) | Radius::Uniform { least: r, .. } => r,
+                };
+                let r = 0.5 * (least + greatest);
+                let grains = 0.6 * self.length * self.width * d / (4.0 / 3.0 * std::f64::consts::PI * r.powi(3));
+                f.check(
+                    grains <= GREATEST_COUNT as f64 || grains.is_nan(),
+                    "bed.length x bed.width x bed.fill.depth",
+                    format!("{} m x {} m x {d} m, about {grains:.1e} grains of radius {r} m", self.length, self.width),
+                    &format!("at most {GREATEST_COUNT} grains; take a smaller box or larger soil.radius"),
+                );
+            }
+            Fill::Count(n) => {
+                f.check((1..=GREATEST_COUNT).contains(&n), "bed.fill.count", n, &format!("1 to {GREATEST_COUNT}"));
+            }
         }
         f.within("bed.spacing", self.spacing, 1.0, 10.0);
         let g = self.gravity;
@@ -331,5 +350,17 @@ impl Bed {
             "finite, above least_time",
         );
         f.not_negative("bed.adhesion_time", self.adhesion_time);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bed_beyond_memory_is_refused_with_its_count() {
+        let bed = Bed { length: 1000.0, width: 1000.0, ..Bed::default() };
+        let e = Terrain { bed, ..Terrain::default() }.check("bed.json").unwrap_err().to_string();
+        assert!(e.contains("bed.length") && e.contains("50000000 grains"), "{e}");
     }
 }

@@ -108,14 +108,16 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
     }
     host.finish();
 
-    let headlines = state.recorder.as_ref().map(Recorder::headlines).unwrap_or_default();
+    // Where not even the start was reached there is nothing to average, and nothing to remark on.
+    let recorder = state.recorder.as_ref().filter(|_| state.reached.is_some());
+    let headlines = recorder.map(Recorder::headlines).unwrap_or_default();
     manifest.wall_seconds = begin.elapsed().as_secs_f64();
     manifest.simulated_seconds = state.reached.map_or(0.0, |t| t - plan.clock.start.to_f64());
     if let Some(system) = &state.system {
         report::timings(&mut manifest, system, state.recorder.as_ref());
     }
     manifest.state = report::exit_state(&end);
-    let mut remarks = state.recorder.as_ref().map(|r| r.remarks().to_vec()).unwrap_or_default();
+    let mut remarks = recorder.map(|r| r.remarks().to_vec()).unwrap_or_default();
     let written = write_summary(&folder, &headlines)
         .and_then(|()| manifest.write(&folder))
         .and_then(|()| report::page(&plan, &folder, &headlines, &manifest, state.recorder.as_ref()));

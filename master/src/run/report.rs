@@ -108,6 +108,9 @@ pub fn closing(outcome: &Outcome) -> String {
     let m = &outcome.manifest;
     let t = &m.timings;
     let mut text = String::new();
+    if m.simulated_seconds == 0.0 {
+        return "nothing was simulated; ".into();
+    }
     let width = outcome.headlines.iter().map(|h| h.name.chars().count()).max().unwrap_or(0);
     for h in &outcome.headlines {
         let _ = write!(text, "{:width$}  {} {}", h.name, short(h.value), h.unit);
