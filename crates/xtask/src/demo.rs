@@ -29,7 +29,7 @@ pub fn demo(out: &Path) -> Result<()> {
     println!("ParaView:   {} (one .pvd per unit: open them together)", out.join("vtk").display());
     println!("Time series: {}", out.join("results.csv").display());
     println!(
-        "Speed: the carriage runs 10 times faster than in the experiment, so the numbers beside the measured ones show the \
+        "Speed: the carriage runs five times faster than in the experiment, so the numbers beside the measured ones show the \
          order of magnitude; the soil of this demo is not calibrated."
     );
     Ok(())
