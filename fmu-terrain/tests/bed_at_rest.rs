@@ -1,17 +1,21 @@
 //! Validation 2.8: a settled bed carries its weight, and nothing drifts.
 
+#[path = "common/checks.rs"]
+mod checks;
+
+use checks::{below, relative};
 use fmu_terrain::dem::kernel::Partner;
 use fmu_terrain::dem::{
     Adhesion, BedReport, CpuEngine, Fill, GrainEngine, Material, Radii, Recipe, Sample, Settle, Setup, Wall, prepare,
+    vec3,
 };
 
 const G: f64 = 9.81;
-const LENGTH: f64 = 0.2;
-const WIDTH: f64 = 0.15;
+const RADIUS: f64 = 0.012;
 
 /// r 12 mm, E 1e7, 0.3 m deep, frictionless side walls. With rolling and spinning resistance: without, caged grains
 /// that nothing presses roll to and fro for ever.
-fn bed(pressure: f64, calm: f64) -> (CpuEngine, BedReport) {
+fn bed(pressure: f64, [length, width]: [f64; 2], calm: f64) -> (CpuEngine, BedReport) {
     let adhesion = Adhesion { pressure, ..Adhesion::default() };
     let soil = Material {
         young_modulus: 1e7,
@@ -23,23 +27,28 @@ fn bed(pressure: f64, calm: f64) -> (CpuEngine, BedReport) {
     let side = Material { friction: 0.0, adhesion: Adhesion::default(), ..soil };
     let setup = Setup {
         materials: vec![soil, side],
-        walls: Wall::open_box(LENGTH, WIDTH, 0, 1),
+        walls: Wall::open_box(length, width, 0, 1),
         step: 1e-4,
         expected_overlap: 0.2,
         ..Setup::default()
     };
     let sample = Sample {
-        length: LENGTH,
-        width: WIDTH,
+        length,
+        width,
         fill: Fill::Depth(0.3),
-        radii: Radii::Equal(0.012),
+        radii: Radii::Equal(RADIUS),
         density: 2500.0,
         material: 0,
         seed: 2,
         spacing: 1.05,
     };
-    let settle = Settle { energy: calm, ..Settle::default() };
-    prepare(setup, &Recipe { sample, settle, cohesion_time: 0.2 }, 1, &mut |_, _| true).unwrap()
+    prepare(
+        setup,
+        &Recipe { sample, settle: Settle { energy: calm, ..Settle::default() }, cohesion_time: 0.2 },
+        1,
+        &mut |_, _| true,
+    )
+    .unwrap()
 }
 
 /// Vertical force carried across the horizontal plane at `z` by contacts between grains, the floor aside.
@@ -55,53 +64,70 @@ fn carried(engine: &CpuEngine, z: f64) -> f64 {
     force
 }
 
-/// `calm`: kinetic energy per grain over m g r at which it counts as settled.
-fn rests(pressure: f64, calm: f64) -> BedReport {
-    let (mut engine, report) = bed(pressure, calm);
-    println!("{pressure} Pa: {report:?}");
-    let weight = engine.state().mass() * G;
-    assert!((report.height - report.cohesion_change - 0.3).abs() < 0.015, "{}", report.height);
+/// Rows by grain number: a rebuild reorders them.
+fn by_id(engine: &CpuEngine) -> Vec<[f64; 3]> {
+    let row = |&i: &u32| engine.state().rows[i as usize];
+    engine.state().by_id().iter().map(row).map(|r| [r[0], r[1], r[2]]).collect()
+}
 
-    let floor = -engine.state().wall_force[0][2];
-    assert!((floor / weight - 1.0).abs() < 1e-3, "floor {floor} N, weight {weight} N");
+/// The longest way from one to the other.
+fn moved(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    a.iter().zip(b).map(|(&a, &b)| vec3::norm(vec3::sub(a, b))).fold(0.0, f64::max)
+}
+
+/// Largest kinetic energy (J), and largest distance (m) of a grain from its place at the beginning.
+fn watch(engine: &mut CpuEngine, steps: u32) -> (f64, f64) {
+    const LOOK: u32 = 50;
+    let start = by_id(engine);
+    (0..steps / LOOK).fold((0.0, 0.0), |(energy, way): (f64, f64), _| {
+        engine.advance(LOOK, &mut []).unwrap();
+        (energy.max(engine.state().kinetic_energy()), way.max(moved(&start, &by_id(engine))))
+    })
+}
+
+/// `calm`: kinetic energy per grain over m g r at which the watch begins; `third`: steps of a third of it;
+/// `drift`: way allowed in the last third, in radii.
+fn rests(name: &str, pressure: f64, footprint: [f64; 2], calm: f64, third: u32, drift: f64) -> BedReport {
+    let case = format!("2.8 {name}");
+    let (mut engine, report) = bed(pressure, footprint, calm);
+    println!("{report:?}");
+    relative(&case, "height before cohesion", "m", 0.3, report.height - report.cohesion_change, 0.05);
+
+    // Kinetic energy decays and stays: the largest of a third, since a swing passes still moments, whose depth and
+    // time are left to round-off. Nothing drifts: the way of every grain within a third.
+    let thirds = [(); 3].map(|()| watch(&mut engine, third));
+    println!("largest kinetic energy (J) and way (m) in each third: {thirds:?}");
+    let quantity = "largest kinetic energy of the last third over that of the first";
+    below(&case, quantity, "1", thirds[2].0 / thirds[0].0, 0.1);
+    below(&case, "largest way of a grain in the first third", "m", thirds[0].1, 0.5 * RADIUS);
+    below(&case, "largest way of a grain in the last third", "m", thirds[2].1, drift * RADIUS);
+
+    let weight = engine.state().mass() * G;
+    relative(&case, "force on the floor", "N", weight, -engine.state().wall_force[0][2], 1e-3);
     // sigma_z = gamma z: what is carried across a plane is the weight above it.
     for z in [0.05, 0.15, 0.25] {
         let above: f64 = engine.state().rows.iter().filter(|r| r[2] > z).map(|r| G / r[7]).sum();
-        let got = carried(&engine, z);
-        assert!((got / above - 1.0).abs() < 2e-3, "at {z} m: {got} N carried, {above} N above");
+        relative(&case, &format!("carried at {z} m"), "N", above, carried(&engine, z), 2e-3);
     }
-    // Nothing drifts: positions by grain number, half a second apart.
-    let at = |e: &CpuEngine| e.state().by_id().iter().map(|&i| e.state().rows[i as usize]).collect::<Vec<_>>();
-    let (before, energy) = (at(&engine), engine.state().kinetic_energy());
-    engine.advance(5000, &mut []).unwrap();
-    let drift = before
-        .iter()
-        .zip(&at(&engine))
-        .map(|(a, b)| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt())
-        .fold(0.0, f64::max);
-    let later = engine.state().kinetic_energy();
-    println!("drift {drift:.2e} m, kinetic energy {energy:.2e} -> {later:.2e} J");
-    assert!(drift < 1e-2 * 0.012);
-    // It decays, or stays at what 2 mm/s have: a bed that sways is caught at a still moment of its swing. How far it
-    // sways is left to round-off (instruction paths differ by ten in energy); it dies away on all of them.
-    assert!(later <= energy || later < 2e-5 * weight * 0.012, "{energy} -> {later} J");
     report
 }
 
 #[test]
 fn case_2_8_without_cohesion() {
-    rests(0.0, 1e-10);
+    rests("no cohesion", 0.0, [0.15, 0.12], 1e-5, 5000, 0.01);
 }
 
 #[test]
 fn case_2_8_with_10_kpa() {
-    rests(1e4, 1e-10);
+    rests("10 kPa", 1e4, [0.15, 0.12], 1e-5, 5000, 0.01);
 }
 
 #[test]
 fn case_2_8_with_100_kpa_the_bed_contracts() {
-    // Contracted, it stands clear of the walls and sways as a block, which dies slowly.
-    let report = rests(1e5, 1e-8);
+    // Contracted, it stands clear of the walls and sways as a block, which dies slowly; more so the slimmer it is.
+    // The way holds what is left of the sway, whose amplitude round-off may make several times larger.
+    let report = rests("100 kPa", 1e5, [0.2, 0.15], 1e-4, 25_000, 0.03);
     // The overlap of each contact grows by 1.3 to 1.9 mm, some 25 contacts deep.
+    println!("VALIDATION|2.8 100 kPa|height change by cohesion|m||{:.5}|reported", report.cohesion_change);
     assert!(report.cohesion_change < -0.005, "{}", report.cohesion_change);
 }

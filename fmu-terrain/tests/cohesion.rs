@@ -1,5 +1,9 @@
 //! Validation 2.6: a sphere held by a constant adhesion hangs below another one, or falls.
 
+#[path = "common/checks.rs"]
+mod checks;
+
+use checks::figure;
 use fmu_terrain::dem::{Adhesion, CpuEngine, DemError, Grain, GrainEngine, Material, Setup};
 
 /// Two spheres of 1 kg, the upper one fixed; gravity grows from zero to `g` within 0.5 s, since a step in load would
@@ -39,7 +43,11 @@ fn case_2_6_ten_newtons_hold_one_kilogram_at_8_and_not_at_10_1() {
     for adhesion_time in [0.0, 0.05] {
         let hangs = gap_under(8.0, adhesion_time).unwrap();
         assert!(hangs < 0.0, "it should hang: gap {hangs}");
+        let case = format!("2.6 adhesion grown in {adhesion_time} s");
+        let fell = |gap: f64| f64::from(u8::from(gap > 0.0));
+        figure(&case, "falls at g 8 m/s2 (1 yes, 0 no)", "1", 0.0, fell(hangs), 0.0);
         let falls = gap_under(10.1, adhesion_time).unwrap();
         assert!(falls > 1.0, "it should fall: gap {falls}");
+        figure(&case, "falls at g 10.1 m/s2 (1 yes, 0 no)", "1", 1.0, fell(falls), 0.0);
     }
 }
