@@ -26,29 +26,29 @@ pub type Row = [f64; 16];
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct PairTerms {
-    /// S_n = this x sqrt(R* delta): 2 E* [Pa].
+    /// S_n = this x sqrt(R* delta): 2 E* (Pa).
     pub normal: f64,
-    /// S_t = this x sqrt(R* delta): 8 G* [Pa].
+    /// S_t = this x sqrt(R* delta): 8 G* (Pa).
     pub tangential: f64,
-    /// g_n = this x sqrt(S_n m*) [1].
+    /// g_n = this x sqrt(S_n m*) (1).
     pub damping: f64,
-    /// g_t / g_n [1].
+    /// g_t / g_n (1).
     pub damping_ratio: f64,
-    /// Coulomb friction [1].
+    /// Coulomb friction (1).
     pub friction: f64,
-    /// Rolling friction [1]: limit torque = this x R* F_n.
+    /// Rolling friction (1): limit torque = this x R* F_n.
     pub rolling: f64,
-    /// Spinning friction [1].
+    /// Spinning friction (1).
     pub spinning: f64,
     /// Nothing: fills the row.
     pub zero: f64,
-    /// Adhesion: constant part [N].
+    /// Adhesion: constant part (N).
     pub constant: f64,
-    /// Adhesion per sqrt(R*) [N/m^0.5].
+    /// Adhesion per sqrt(R*) (N/m^0.5).
     pub dmt: f64,
-    /// Adhesion per R* [N/m].
+    /// Adhesion per R* (N/m).
     pub perko: f64,
-    /// Adhesion per square of the smaller radius [Pa]: pi x cohesive pressure.
+    /// Adhesion per square of the smaller radius (Pa): pi x cohesive pressure.
     pub pressure: f64,
 }
 
@@ -59,9 +59,9 @@ pub struct Terms<'a> {
     pub pairs: &'a [PairTerms],
     /// Number of materials.
     pub materials: usize,
-    /// Step h [s].
+    /// Step h (s).
     pub h: f64,
-    /// Least normal force before adhesion [N]: 0 or -infinity.
+    /// Least normal force before adhesion (N): 0 or -infinity.
     pub least_normal: f64,
     /// Whether any pair adheres.
     pub adhesion: bool,
@@ -69,7 +69,7 @@ pub struct Terms<'a> {
     pub adhesion_scale: f64,
     /// What adhesion grows by per step, as a fraction of itself.
     pub adhesion_growth: f64,
-    /// 1/(overlap at which adhesion is fully grown) [1/m].
+    /// 1/(overlap at which adhesion is fully grown) (1/m).
     pub adhesion_per_overlap: f64,
     /// Damping ratio of rolling and spinning.
     pub rolling_damping: f64,
