@@ -66,7 +66,7 @@ fn run(args: &Run, words: &[OsString]) -> ExitCode {
             if !args.quiet {
                 let text = format!("{}results in {}\n", run::closing(&outcome), outcome.out.display());
                 let _ = std::io::stdout().lock().write_all(text.as_bytes());
-            } else if code != ExitCode::Done {
+            } else if code != ExitCode::Done && outcome.manifest.simulated_seconds > 0.0 {
                 eprintln!("what was recorded is in {}", outcome.out.display());
             }
             code
