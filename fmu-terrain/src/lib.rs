@@ -15,7 +15,7 @@
 //! terrain.exit_initialization().unwrap();
 //! terrain.do_step(0.0, 1e-3).unwrap();
 //! ```
-#![cfg_attr(not(feature = "fmu"), forbid(unsafe_code))]
+#![forbid(unsafe_code)]
 
 pub mod config;
 pub mod dem;
@@ -30,6 +30,3 @@ use terramech_fmi2::Model;
 pub fn models() -> Vec<Model> {
     vec![dem_p::model()]
 }
-
-#[cfg(feature = "fmu")]
-terramech_fmi2::export!(crate::models);

@@ -11,7 +11,7 @@
 //! tire.enter_initialization().unwrap();
 //! assert_eq!(tire.real(radius).unwrap(), 0.058);
 //! ```
-#![cfg_attr(not(feature = "fmu"), forbid(unsafe_code))]
+#![forbid(unsafe_code)]
 
 pub mod ancf;
 pub mod rigid;
@@ -22,6 +22,3 @@ use terramech_fmi2::Model;
 pub fn models() -> Vec<Model> {
     vec![rigid::model(), ancf::model()]
 }
-
-#[cfg(feature = "fmu")]
-terramech_fmi2::export!(crate::models);

@@ -11,7 +11,7 @@
 //! // Radius 58 mm and a gap of 5 mm above the ground at 0.
 //! assert!((rig.real(z).unwrap() - 0.063).abs() < 1e-15);
 //! ```
-#![cfg_attr(not(feature = "fmu"), forbid(unsafe_code))]
+#![forbid(unsafe_code)]
 
 pub mod driveline;
 pub mod driver;
@@ -28,6 +28,3 @@ use terramech_fmi2::Model;
 pub fn models() -> Vec<Model> {
     vec![rig::model(), vehicle::model(), vehicle::handling_model()]
 }
-
-#[cfg(feature = "fmu")]
-terramech_fmi2::export!(crate::models);

@@ -26,7 +26,7 @@ type Enabled = Rc<RefCell<Vec<&'static str>>>;
 
 /// Writes the exports of a library with the given models: `export!(models)` where `models: fn() -> Vec<Model>`.
 ///
-/// Call it under `#[cfg(feature = "fmu")]` only: two libraries with these symbols cannot be linked into one program.
+/// Call it in a cdylib of its own, not in a library that others link: two with these symbols cannot be linked into one program.
 #[macro_export]
 macro_rules! export {
     ($models:path) => {

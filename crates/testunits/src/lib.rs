@@ -1,7 +1,8 @@
 //! Small units for tests of the master.
 //!
-//! Built as a shared library with the feature `fmu` they are FMUs; as a Rust library their physics can be called directly, so that a
+//! Built as a shared library (`--example testunits`) they are FMUs; as a Rust library their physics can be called directly, so that a
 //! test compares the master with a bare loop.
+#![forbid(unsafe_code)]
 
 pub mod arrays;
 pub mod feedthrough;
@@ -23,6 +24,3 @@ pub fn models() -> Vec<Model> {
         trouble::model(),
     ]
 }
-
-#[cfg(feature = "fmu")]
-terramech_fmi2::export!(crate::models);

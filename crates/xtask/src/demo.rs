@@ -1,6 +1,6 @@
 //! `cargo xtask demo`: a wheel on granular soil, from the sources to a report.
 
-use crate::process::{cargo, fmus, root, step, target};
+use crate::process::{fmus, root, target};
 use crate::{pack, process};
 use anyhow::{Context, Result};
 use std::path::Path;
@@ -13,7 +13,6 @@ use std::time::Instant;
 /// A build or the run that failed.
 pub fn demo(out: &Path) -> Result<()> {
     let start = Instant::now();
-    step("building terramech", &mut cargo(["build", "--release", "--package", "terramech", "--bin", "terramech"]))?;
     pack::pack()?;
     eprintln!(
         "== built and packed in {:.0} s; the run takes about two minutes on two cores",

@@ -1,7 +1,6 @@
 //! `cargo xtask pack`: the FMUs of every model, and their descriptions.
 //!
-//! An FMU is one unit library (built alone with its feature `fmu`: two libraries that export `fmi2DoStep` cannot be linked into
-//! one program) plus the `modelDescription.xml` of one of its models. Everything in it is written from the code.
+//! An FMU is one unit library (the cdylib that adds the C exports to a unit crate, `fmu/lib.rs` there) plus the `modelDescription.xml` of one of its models. Everything in it is written from the code.
 
 use crate::process::{cargo, fmus, root, step, target};
 use anyhow::{Context, Result};
@@ -28,7 +27,7 @@ pub fn libraries() -> Vec<Library> {
     ]
 }
 
-/// Builds and packs all; returns the FMUs written.
+/// Builds the command `terramech` and all units, packs them; returns the FMUs written.
 ///
 /// # Errors
 /// When a build fails or a file cannot be written.
@@ -37,18 +36,12 @@ pub fn pack() -> Result<Vec<PathBuf>> {
     let out = fmus();
     fs::create_dir_all(&out).with_context(|| format!("cannot make {}", out.display()))?;
     let mut written = Vec::new();
-    for library in libraries() {
-        let p = library.package;
-        step(
-            &format!("building {p}"),
-            &mut cargo(["build", "--release", "--quiet", "--lib", "--package", p, "--features", "fmu"]),
-        )?;
-        let built = target().join("release").join(format!(
-            "{}{}{}",
-            std::env::consts::DLL_PREFIX,
-            p.replace('-', "_"),
-            std::env::consts::DLL_SUFFIX
-        ));
+    let libraries = libraries();
+    let examples: Vec<String> = libraries.iter().map(|l| l.package.replace('-', "_")).collect();
+    build(&examples)?;
+    for (library, example) in libraries.iter().zip(&examples) {
+        let file = format!("{}{example}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+        let built = target().join("release/examples").join(file);
         let binary = fs::read(&built).with_context(|| format!("cannot read {}", built.display()))?;
         for model in &library.models {
             let path = out.join(format!("{}.fmu", model.file_name()));
@@ -58,6 +51,17 @@ pub fn pack() -> Result<Vec<PathBuf>> {
         }
     }
     Ok(written)
+}
+
+/// Builds the command `terramech` and the unit libraries, side by side.
+///
+/// With `--workspace` cargo resolves the same features as for this task itself and for the tests, so that no dependency compiles twice.
+fn build(examples: &[String]) -> Result<()> {
+    let mut args = vec!["build", "--release", "--quiet", "--workspace", "--bin", "terramech"];
+    for example in examples {
+        args.extend(["--example", example]);
+    }
+    step("building terramech and the units", &mut cargo(&args))
 }
 
 /// Writes `modelDescriptions/`: per model the XML and the JSON schema of its specification.

@@ -18,11 +18,6 @@ pub fn test() -> Result<()> {
     step("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"))?;
     step("Rust tests", &mut cargo(["test", "--release", "--workspace", "--quiet"]))?;
     pack::pack()?;
-    // The master's own binary, which the harness compares with.
-    step(
-        "building terramech",
-        &mut cargo(["build", "--release", "--quiet", "--package", "terramech", "--bin", "terramech"]),
-    )?;
     harness()
 }
 

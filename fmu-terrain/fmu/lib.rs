@@ -1,0 +1,3 @@
+//! The FMI 2.0 exports of this library's models: what an FMU loads.
+
+terramech_fmi2::export!(fmu_terrain::models);
