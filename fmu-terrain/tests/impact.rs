@@ -3,7 +3,7 @@
 #[path = "common/checks.rs"]
 mod checks;
 
-use checks::{figure, relative};
+use checks::{curve, figure, relative};
 use fmu_terrain::dem::{CpuEngine, DemState, Grain, GrainEngine, Material, Setup, Wall};
 
 const RIGID: f64 = f64::INFINITY;
@@ -101,22 +101,41 @@ fn impact(materials: Vec<Material>, angle: f64, h: f64) -> ([f64; 3], [f64; 3]) 
 
 #[test]
 fn case_2_2_restitution_out_is_restitution_in() {
+    let plot = ["restitution", "2.2: restitution of a sphere on a wall", "asked", "", "found", ""];
+    let mut found = Vec::new();
     for e in [0.2, 0.4, 0.6, 0.8, 1.0] {
         let (v, _) = impact(oxide(e, 0.0), 0.0, 5e-10);
         figure("2.2", &format!("restitution, asked {e}"), "1", e, v[2] / 3.9, 1e-3);
+        found.push([e, v[2] / 3.9]);
     }
+    curve(plot, "dashed", "as asked", &[[0.0, 0.0], [1.0, 1.0]]);
+    curve(plot, "points", "computed", &found);
 }
 
 #[test]
 fn case_2_3_oblique_impact_in_full_sliding() {
     let (e, mu) = (0.98, 0.092);
+    let plot = [
+        "oblique",
+        "2.3: oblique impact in full sliding",
+        "angle from the normal",
+        "deg",
+        "tangential restitution",
+        "",
+    ];
+    let mut found = Vec::new();
     for (angle, e_t, omega) in [(50.0, 0.8471, 456.7), (60.0, 0.8948, 355.2), (80.0, 0.9679, 123.4)] {
         let (v, w) = impact(oxide(e, mu), angle, 1e-9);
         let case = format!("2.3 {angle} deg");
         let got = v[0] / (3.9 * f64::to_radians(angle).sin());
         relative(&case, "tangential restitution", "1", e_t, got, 1e-2);
         relative(&case, "angular speed", "rad/s", omega, w[1], 1e-2);
+        found.push([angle, got]);
     }
+    let closed = |angle: f64| [angle, 1.0 - mu * (1.0 + e) / angle.to_radians().tan()];
+    let line: Vec<[f64; 2]> = (45..=85).map(|a| closed(f64::from(a))).collect();
+    curve(plot, "line", "1 - mu (1 + e) cot(angle)", &line);
+    curve(plot, "points", "computed", &found);
 }
 
 #[test]

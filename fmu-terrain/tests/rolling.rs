@@ -3,7 +3,7 @@
 #[path = "common/checks.rs"]
 mod checks;
 
-use checks::{below, relative};
+use checks::{below, curve, relative};
 use fmu_terrain::dem::{CpuEngine, Grain, GrainEngine, Material, Setup, Wall};
 
 const G: f64 = 9.81;
@@ -53,10 +53,15 @@ fn case_2_4_sliding_turns_to_rolling() {
     let case = Case { r: 0.05, m: 1.0, angle: 0.0, material: ball(0.3, 0.0), v0: 1.0, step: 1e-5 };
     let mut engine = case.engine();
     let mut rolls_at = None;
-    for _ in 0..15_000 {
+    let (mut speed, mut rim) = (Vec::new(), Vec::new());
+    for k in 0..15_000 {
         engine.advance(1, &mut []).unwrap();
         let s = engine.state();
         let row = s.rows[0];
+        if k % 300 == 0 {
+            speed.push([s.time, row[4]]);
+            rim.push([s.time, row[9] * row[2]]);
+        }
         // Rolling begins where the slip at the contact point vanishes.
         if rolls_at.is_none() && row[4] - row[9] * row[2] <= 0.0 {
             rolls_at = Some((s.time, row[0]));
@@ -64,6 +69,12 @@ fn case_2_4_sliding_turns_to_rolling() {
     }
     let (t, x) = rolls_at.expect("it rolls");
     let v = engine.state().rows[0][4];
+    let plot = ["rolling", "2.4: sliding turns to rolling", "time", "s", "speed", "m/s"];
+    let closed = |t: f64| [t, (1.0 - 0.3 * G * t).max(5.0 / 7.0)];
+    let line: Vec<[f64; 2]> = (0..=150).map(|k| closed(f64::from(k) * 1e-3)).collect();
+    curve(plot, "line", "closed form, centre", &line);
+    curve(plot, "points", "computed, centre", &speed);
+    curve(plot, "points", "computed, angular speed x radius", &rim);
     relative("2.4", "speed once it rolls", "m/s", 5.0 / 7.0, v, 0.01);
     relative("2.4", "time until it rolls", "s", 0.09708, t, 0.01);
     relative("2.4", "way until it rolls", "m", 0.08321, x, 0.01);

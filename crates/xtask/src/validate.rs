@@ -1,13 +1,19 @@
 //! `cargo xtask validate [NAME]`: the validation cases with their long versions, as tables in `docs/validation/`.
 //!
 //! One mechanism for all crates: a test prints a line `VALIDATION|case|quantity|unit|expected|computed|tolerance` for each figure it
-//! checks (the test itself decides whether it passes); this task runs the tests of a part and makes the table.
+//! checks (the test itself decides whether it passes); this task runs the tests of a part and makes the table. Beside it stands a plot of
+//! every figure's error over its tolerance, and a plot for each `CURVE` a test prints ([`plots`]).
+
+mod plots;
 
 use crate::process::{cargo, root};
 use anyhow::{Context, Result, bail};
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
+
+/// Where the plots go into the text, which is written before them.
+const PLOTS: &str = "@plots@";
 
 /// A part of the validation: name, title, what `cargo test` is given.
 struct Part {
@@ -56,21 +62,23 @@ fn run(part: &Part) -> Result<bool> {
     eprintln!("== {}: cargo {}", part.title, args.join(" "));
     let mut child = cargo(&args).stdout(Stdio::piped()).spawn().context("cannot start cargo")?;
     let mut rows: Vec<Vec<String>> = Vec::new();
+    let mut curves = plots::Curves::default();
     for line in BufReader::new(child.stdout.take().expect("piped")).lines() {
         let line = line?;
-        match line.split_once("VALIDATION|") {
-            Some((_, row)) => {
-                eprintln!("   {row}");
-                rows.push(row.split('|').map(|s| s.trim().to_string()).collect());
-            }
-            None => eprintln!("{line}"),
+        if let Some((_, row)) = line.split_once("VALIDATION|") {
+            eprintln!("   {row}");
+            rows.push(row.split('|').map(|s| s.trim().to_string()).collect());
+        } else if let Some((_, curve)) = line.split_once("CURVE|") {
+            curves.add(curve)?;
+        } else {
+            eprintln!("{line}");
         }
     }
     let passed = child.wait()?.success();
     rows.sort_by(|a, b| natural(&a[0]).cmp(&natural(&b[0])));
     let mut text = format!(
         "# Validation: {}\n\nWritten by `cargo xtask validate {}`; the cases and their sources are those of the tests. Values in SI units unless \
-         the unit says otherwise.\n\n| case | quantity | unit | expected | computed | error | tolerance |\n|---|---|---|---|---|---|---|\n",
+         the unit says otherwise. Tolerances are absolute.\n\n{PLOTS}| case | quantity | unit | expected | computed | error | tolerance |\n|---|---|---|---|---|---|---|\n",
         part.title, part.name
     );
     for row in &rows {
@@ -95,7 +103,9 @@ fn run(part: &Part) -> Result<bool> {
     let folder = root().join("docs/validation");
     std::fs::create_dir_all(&folder)?;
     let path = folder.join(format!("{}.md", part.name));
-    std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+    let pictures = plots::write(&folder, part.name, part.title, &rows, &curves)?;
+    std::fs::write(&path, text.replacen(PLOTS, &pictures, 1))
+        .with_context(|| format!("cannot write {}", path.display()))?;
     eprintln!("== {} figures in {}", rows.len(), path.display());
     Ok(passed)
 }

@@ -25,3 +25,10 @@ pub fn relative(case: &str, quantity: &str, unit: &str, expected: f64, computed:
 pub fn below(case: &str, quantity: &str, unit: &str, computed: f64, limit: f64) {
     figure(case, quantity, unit, 0.0, computed, limit);
 }
+
+/// Prints a curve for the plots of `cargo xtask validate`; `plot` is (file, title, x label, x unit, y label, y unit), `style` one of line,
+/// dashed, points.
+pub fn curve(plot: [&str; 6], style: &str, series: &str, points: &[[f64; 2]]) {
+    let points: Vec<String> = points.iter().map(|p| format!("{:.6e} {:.6e}", p[0], p[1])).collect();
+    println!("\nCURVE|{}|{style}|{series}|{}", plot.join("|"), points.join(";"));
+}

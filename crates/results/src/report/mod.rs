@@ -14,6 +14,7 @@ mod scale;
 pub mod sections;
 mod side_view;
 mod silhouette;
+mod standalone;
 mod svg;
 
 pub use plot::{Axis, Band, Level, Plot, Series, Style};

@@ -65,7 +65,7 @@ pub struct Band {
 pub struct Level {
     /// The value, in the unit of y.
     pub y: f64,
-    /// Name in the legend.
+    /// Name in the legend; empty = not in it.
     pub label: String,
 }
 
@@ -88,7 +88,7 @@ pub struct Plot {
     pub wide: bool,
 }
 
-const HEIGHT: f64 = 290.0;
+pub(super) const HEIGHT: f64 = 290.0;
 const LEFT: f64 = 70.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 10.0;
@@ -136,9 +136,15 @@ impl Plot {
             .collect()
     }
 
-    /// The plot as an HTML figure. `id` tells it from others of the page.
-    pub(super) fn html(&self, id: usize) -> String {
-        let width = if self.wide { 1120.0 } else { 550.0 };
+    /// Width in user units (pixels of a page that does not scale).
+    pub(super) fn width(&self) -> f64 {
+        if self.wide { 1120.0 } else { 550.0 }
+    }
+
+    /// The curves within their axes as an `svg` element of [`Plot::width`] x [`HEIGHT`], and a note on spikes left out. `id` tells
+    /// it from others of the page.
+    pub(super) fn drawing(&self, id: usize) -> (String, Option<String>) {
+        let width = self.width();
         let frame = [LEFT, TOP, width - RIGHT, HEIGHT - BOTTOM];
         let (y_si, spikes) = self.y_range();
         let x_si = self.series.iter().fold(None, |r, s| join(r, range(&s.x))).unwrap_or([0.0, 1.0]);
@@ -197,25 +203,25 @@ impl Plot {
         svg.shape("rect", "frame", &[corner, inside].concat());
         svg.raw("<g class=\"cursor\"></g>");
 
-        let wide = if self.wide { " wide" } else { "" };
-        let mut html = format!("<figure class=\"card{wide}\"><figcaption>{}</figcaption>", escape(&self.title));
-        html.push_str(&self.legend());
-        html.push_str(&svg.finish());
-        if let Some([low, high]) = spikes {
+        let note = spikes.map(|[low, high]| {
             let text = |v: f64| significant(v * ys.factor, 3);
-            write!(
-                html,
-                "<p class=\"note\">Raw values reach from {} to {} {}; the axis leaves rare spikes out.</p>",
-                text(low),
-                text(high),
-                escape(&ys.unit)
-            )
-            .unwrap_or_default();
-        }
-        html + "</figure>"
+            let (low, high, unit) = (text(low), text(high), &ys.unit);
+            format!("Raw values reach from {low} to {high} {unit}; the axis leaves rare spikes out.")
+        });
+        (svg.finish(), note)
     }
 
-    fn legend(&self) -> String {
+    /// The plot as an HTML figure. `id` tells it from others of the page.
+    pub(super) fn html(&self, id: usize) -> String {
+        let wide = if self.wide { " wide" } else { "" };
+        let (drawing, note) = self.drawing(id);
+        let note = note.map(|n| format!("<p class=\"note\">{}</p>", escape(&n))).unwrap_or_default();
+        let (title, legend) = (escape(&self.title), self.legend());
+        format!("<figure class=\"card{wide}\"><figcaption>{title}</figcaption>{legend}{drawing}{note}</figure>")
+    }
+
+    /// Entries of the legend: a swatch drawn within 24 x 12 units, and the text.
+    pub(super) fn entries(&self) -> Vec<(String, String)> {
         let mut entries: Vec<(String, String)> = Vec::new();
         let single = self.series.len() == 1;
         for (series, colour) in self.series.iter().zip(self.colours()).filter(|_| !single) {
@@ -225,15 +231,19 @@ impl Plot {
             };
             entries.push((swatch, series.label.clone()));
         }
-        for level in &self.levels {
+        for level in self.levels.iter().filter(|l| !l.label.is_empty()) {
             entries.push(("<path class=\"level\" d=\"M1,6 23,6\"/>".into(), level.label.clone()));
         }
         for band in &self.bands {
             entries
                 .push(("<rect class=\"band\" x=\"1\" y=\"1\" width=\"22\" height=\"10\"/>".into(), band.label.clone()));
         }
+        entries
+    }
+
+    fn legend(&self) -> String {
         // The line is there even when empty, so that plots side by side align.
-        let items = entries.iter().fold(String::new(), |mut text, (swatch, label)| {
+        let items = self.entries().iter().fold(String::new(), |mut text, (swatch, label)| {
             let label = escape(label);
             write!(text, "<span><svg viewBox=\"0 0 24 12\" class=\"key\">{swatch}</svg>{label}</span>")
                 .unwrap_or_default();
