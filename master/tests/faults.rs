@@ -77,12 +77,37 @@ fn a_discarded_step_tells_how_far_it_came() {
 }
 
 #[test]
-fn a_unit_that_fails_late_in_initialisation_leaves_no_row() {
-    let bench = trouble("late", "0");
-    let outcome = bench.run(1);
-    assert_eq!(outcome.exit_code(), ExitCode::Unit);
-    assert!(tell(&outcome.end).contains("fmi2ExitInitializationMode"));
-    assert_eq!(bench.csv().time.len(), 0);
+fn input_that_a_unit_refuses_late_in_initialisation_is_still_wrong_input() {
+    let outcome = trouble("late", "0").run(1);
+    assert_eq!(outcome.exit_code(), ExitCode::Input);
+    let message = tell(&outcome.end);
+    assert!(message.starts_with("unit bad: 'mode' is \"late\"; allowed"), "{message}");
+    assert!(!message.contains("fmi2"), "{message}");
+}
+
+#[test]
+fn a_disk_that_a_unit_cannot_write_is_the_machines_fault() {
+    let outcome = trouble("disk", "0").run(1);
+    assert_eq!(outcome.exit_code(), ExitCode::Environment);
+    assert!(tell(&outcome.end).contains("bed.bin: cannot be written"));
+}
+
+#[test]
+fn a_run_that_does_not_start_leaves_an_earlier_one_as_it_was() {
+    let bench = trouble("", "0");
+    assert_eq!(bench.run(1).exit_code(), ExitCode::Done);
+    let names = ["manifest.json", "results.csv", "summary.json", "report.html", "log.jsonl"];
+    let read = || names.map(|n| std::fs::read(bench.out().join(n)).unwrap());
+    let before = read();
+    for mode in ["bad.mode=early", "bad.mode=late", "bad.mode=disk"] {
+        let outcome = bench.run_with(1, &Stop::new(), &[mode]);
+        assert!(!outcome.recorded && outcome.exit_code() != ExitCode::Done);
+        assert!(read() == before, "{mode}");
+    }
+    // A folder that was not there before is not there after.
+    let fresh = trouble("late", "0");
+    fresh.run(1);
+    assert!(!fresh.out().exists());
 }
 
 #[test]
@@ -174,14 +199,72 @@ fn ctrl_c_stops_the_command_cleanly() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // Wait until it settles: the manifest is written before, the handler is set before that.
+    // The folder is made when the handler is set and before the units are.
     let begin = Instant::now();
-    while !bench.folder.path().join("r/results.csv").exists() && begin.elapsed() < Duration::from_secs(20) {
+    while !bench.folder.path().join("r/.terramech-run").exists() && begin.elapsed() < Duration::from_secs(20) {
         std::thread::sleep(Duration::from_millis(10));
     }
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(130));
-    let manifest = Manifest::read(bench.folder.path().join("r/manifest.json")).unwrap();
-    assert!(matches!(manifest.state, ExitState::Stopped { .. }), "{:?}", manifest.state);
+    assert!(!bench.folder.path().join("r").exists(), "nothing was simulated, nothing is left");
+}
+
+/// Exit code and stderr of a command.
+fn told(arguments: &[&str], bench: &Bench) -> (i32, String) {
+    let out = terramech(arguments, bench).output().unwrap();
+    (out.status.code().unwrap(), String::from_utf8(out.stderr).unwrap())
+}
+
+#[test]
+fn check_asks_the_units_about_their_specifications() {
+    let bench = trouble("early", "0");
+    let (code, error) = told(&["check", "system.ssd"], &bench);
+    assert!(code == 1 && error.contains("unit bad: 'mode' is \"early\""), "{code} {error}");
+    assert_eq!(told(&["check", "system.ssd", "--no-units"], &bench).0, 0);
+    let (code, error) = told(&["check", "system.ssd", "--set", "bad.mode="], &bench);
+    assert!(code == 0 && error.is_empty(), "{code} {error}");
+    let out = terramech(&["check", "trouble.fmu"], &bench).output().unwrap();
+    assert_eq!(String::from_utf8(out.stdout).unwrap(), "trouble.fmu: model trouble: no fault\n");
+    let (code, error) = told(&["run", "trouble.fmu", "--out", "r"], &bench);
+    assert!(code == 1 && error.contains("this is an FMU, no system description"), "{code} {error}");
+}
+
+#[test]
+fn a_library_that_is_cut_is_told_before_it_is_loaded() {
+    let bench = trouble("", "0");
+    let size = support::library_size();
+    for part in [20, 3000, size / 2, size - 100] {
+        support::pack_part(&bench.folder.path().join("trouble.fmu"), "trouble", ..part);
+        for command in [&["check", "system.ssd"][..], &["run", "system.ssd", "--out", "r"], &["check", "trouble.fmu"]] {
+            let (code, error) = told(command, &bench);
+            assert!(
+                code == 1 && error.contains("trouble.fmu") && error.contains("linux64/trouble.so"),
+                "{code} {error}"
+            );
+            assert!(error.contains("bytes"), "{error}");
+        }
+        let (_, error) = told(&["check", "system.ssd"], &bench);
+        assert!(error.contains("Component \"bad\" (system.ssd:"), "{error}");
+    }
+}
+
+#[test]
+fn a_panic_is_told_once_with_its_place() {
+    let bench = trouble("panic", "0.25");
+    let (code, error) = told(&["run", "system.ssd", "--out", "r", "--quiet"], &bench);
+    assert_eq!((code, error.matches("the spring broke").count()), (2, 1), "{error}");
+    assert!(error.contains("trouble.rs:") && !error.contains("RUST_BACKTRACE"), "{error}");
+}
+
+#[test]
+fn a_value_set_twice_or_against_a_connection_is_refused() {
+    let parts = [part("a", "relay", &[]), part("b", "relay", &[])];
+    let bench = Bench::new("0.1", "0.2", &parts, &[("a.out[1]", "b.in[1]")], "");
+    let (code, error) = told(&["check", "system.ssd", "--set", "b.in[1]=3"], &bench);
+    assert!(code == 1 && error.contains("\"b.in[1]\" is fed by the connection from \"a.out[1]\""), "{error}");
+    let (code, error) = told(&["check", "system.ssd", "--set", "a.gain=3", "--set", "a.gain=4"], &bench);
+    assert!(code == 1 && error.contains("\"a.gain\" is set twice: to \"3\" and to \"4\""), "{error}");
+    let (code, error) = told(&["check", "system.ssd", "--stop-time", "0"], &bench);
+    assert!(code == 1 && error.contains("--stop-time") && !error.contains("DefaultExperiment"), "{error}");
 }

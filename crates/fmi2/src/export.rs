@@ -4,6 +4,7 @@
 //! logs what was refused, and never lets anything unwind into C.
 
 use crate::instance::{Instance, LogSink, Refused};
+use crate::panics;
 use crate::types::*;
 use crate::{LogCategory, Model};
 use std::any::Any;
@@ -112,22 +113,20 @@ fn panic_text(payload: &(dyn Any + Send)) -> &str {
 unsafe fn call(c: Fmi2Component, function: &str, f: impl FnOnce(&mut Handle) -> Result<(), Refused>) -> Fmi2Status {
     // SAFETY: see above.
     let Some(handle) = (unsafe { c.cast::<Handle>().as_mut() }) else { return FMI2_ERROR };
-    match catch_unwind(AssertUnwindSafe(|| f(handle))) {
+    let guard = panics::Call::begin();
+    let result = catch_unwind(AssertUnwindSafe(|| f(handle)));
+    drop(guard);
+    match result {
         Ok(Ok(())) => FMI2_OK,
         Ok(Err(refused)) => {
-            let category = match refused.status {
-                FMI2_DISCARD => LogCategory::Warning,
-                _ if refused.numerical => LogCategory::Numerical,
-                _ => LogCategory::Error,
-            };
-            let _ = catch_unwind(AssertUnwindSafe(|| handle.instance.log(category, &refused.message)));
+            let _ = catch_unwind(AssertUnwindSafe(|| handle.instance.log(refused.category, &refused.message)));
             refused.status
         }
         Err(payload) => {
             handle.instance.poison();
             let text = format!(
                 "{function}: the unit panicked: {}. This instance takes fmi2SetFMUstate, fmi2Reset and fmi2FreeInstance only; others are untouched.",
-                panic_text(payload.as_ref())
+                panics::said().unwrap_or_else(|| panic_text(payload.as_ref()).to_owned())
             );
             let _ = catch_unwind(AssertUnwindSafe(|| handle.instance.log(LogCategory::Error, &text)));
             FMI2_ERROR
@@ -136,7 +135,7 @@ unsafe fn call(c: Fmi2Component, function: &str, f: impl FnOnce(&mut Handle) -> 
 }
 
 fn refuse(message: impl Into<String>) -> Refused {
-    Refused { status: FMI2_ERROR, message: message.into(), numerical: false }
+    Refused { status: FMI2_ERROR, message: message.into(), category: LogCategory::Error }
 }
 
 /// A C array as a slice; null is allowed when empty.
@@ -179,12 +178,12 @@ fn sink(callbacks: Fmi2CallbackFunctions, name: &str, enabled: Enabled) -> LogSi
     let log = move |category: LogCategory, message: &str| {
         let Some(logger) = callbacks.logger else { return };
         // Errors and warnings always reach the environment; the rest when it asked for it.
-        let urgent = matches!(category, LogCategory::Error | LogCategory::Warning | LogCategory::Numerical);
+        let urgent = category.is_error() || category == LogCategory::Warning;
         if !urgent && !enabled.borrow().contains(&category.name()) {
             return;
         }
         let status = match category {
-            LogCategory::Error | LogCategory::Numerical => FMI2_ERROR,
+            _ if category.is_error() => FMI2_ERROR,
             LogCategory::Warning => FMI2_WARNING,
             _ => FMI2_OK,
         };
@@ -220,6 +219,8 @@ pub unsafe fn instantiate(
     let all: Vec<&'static str> = LogCategory::ALL.iter().map(|c| c.name()).collect();
     let enabled: Enabled = Rc::new(RefCell::new(if logging != FMI2_FALSE { all } else { Vec::new() }));
     let mut log = sink(callbacks, name.unwrap_or("(unnamed)"), enabled.clone());
+    panics::listen();
+    let guard = panics::Call::begin();
     let made = catch_unwind(AssertUnwindSafe(|| -> Result<Instance, String> {
         if name.is_none_or(str::is_empty) {
             return Err("fmi2Instantiate: the instance name is missing, empty or not UTF-8".into());
@@ -241,6 +242,7 @@ pub unsafe fn instantiate(
         let log = sink(callbacks, name.unwrap_or_default(), enabled.clone());
         Ok(Instance::new(model, folder.as_deref(), log))
     }));
+    drop(guard);
     match made {
         Ok(Ok(instance)) => Box::into_raw(Box::new(Handle { instance, strings: Vec::new(), enabled })).cast(),
         Ok(Err(message)) => {

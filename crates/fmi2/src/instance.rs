@@ -50,13 +50,13 @@ pub struct Refused {
     pub status: Fmi2Status,
     /// Message for the log.
     pub message: String,
-    /// Whether the computation failed, not the input.
-    pub numerical: bool,
+    /// Category to log it under: who has to act.
+    pub category: LogCategory,
 }
 
 impl Refused {
     fn error(message: impl Into<String>) -> Self {
-        Self { status: FMI2_ERROR, message: message.into(), numerical: false }
+        Self { status: FMI2_ERROR, message: message.into(), category: LogCategory::Error }
     }
 }
 
@@ -161,10 +161,18 @@ impl Instance {
                     self.last_successful_time = *last_successful_time;
                     FMI2_DISCARD
                 }
-                UnitError::Input(_) | UnitError::Cancelled(_) | UnitError::State(_) => FMI2_ERROR,
+                UnitError::Input(_) | UnitError::Environment(_) | UnitError::Cancelled(_) | UnitError::State(_) => {
+                    FMI2_ERROR
+                }
             };
-            let numerical = matches!(e, UnitError::Numerical(_));
-            Refused { status, message: format!("{what}: {e}"), numerical }
+            let category = match &e {
+                UnitError::Numerical(_) => LogCategory::Numerical,
+                UnitError::Input(_) => LogCategory::Input,
+                UnitError::Environment(_) => LogCategory::Environment,
+                UnitError::Discard { .. } | UnitError::Ended { .. } => LogCategory::Warning,
+                UnitError::Cancelled(_) | UnitError::State(_) => LogCategory::Error,
+            };
+            Refused { status, message: format!("{what}: {e}"), category }
         })
     }
 
@@ -333,7 +341,7 @@ impl Instance {
             Value::Real(x) if x.is_finite() => Ok(x),
             Value::Real(x) => {
                 self.mode = Mode::Poisoned;
-                Err(Refused { numerical: true, ..self.not_finite("fmi2GetReal", vr, x, None) })
+                Err(Refused { category: LogCategory::Numerical, ..self.not_finite("fmi2GetReal", vr, x, None) })
             }
             _ => unreachable!("checked against the table"),
         }
@@ -450,7 +458,7 @@ impl Instance {
         };
         if let Some((i, x)) = bad {
             self.mode = Mode::Poisoned;
-            return Err(Refused { numerical: true, ..self.not_finite(function, vr, x, Some(i)) });
+            return Err(Refused { category: LogCategory::Numerical, ..self.not_finite(function, vr, x, Some(i)) });
         }
         match &self.values.values[vr as usize] {
             Value::RealArray(x) => Ok(x),

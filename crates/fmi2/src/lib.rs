@@ -45,6 +45,7 @@ pub mod export;
 pub mod functions;
 pub mod instance;
 pub mod model;
+mod panics;
 pub mod specification;
 pub mod state;
 pub mod types;

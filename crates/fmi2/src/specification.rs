@@ -6,6 +6,7 @@
 
 use crate::{Host, UnitError};
 use serde::de::DeserializeOwned;
+use serde_json::error::Category;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -58,10 +59,59 @@ pub fn parse<T: DeserializeOwned>(text: &str, origin: &str) -> Result<T, UnitErr
     let value = serde_path_to_error::deserialize(&mut de).map_err(|e| {
         let path = e.path().to_string();
         let place = if path == "." { "the top level".to_string() } else { format!("'{path}'") };
-        UnitError::input(format!("{origin}: at {place}: {}", e.into_inner()))
+        let e = e.into_inner();
+        match e.classify() {
+            Category::Data => {
+                UnitError::input(format!("{origin}, line {}: at {place}: {}", e.line(), in_json_terms(&bare(&e))))
+            }
+            _ => syntax(origin, &e),
+        }
     })?;
-    de.end().map_err(|e| UnitError::input(format!("{origin}: {e}")))?;
+    de.end().map_err(|e| syntax(origin, &e))?;
     Ok(value)
+}
+
+/// JSON that is no JSON: where it breaks off.
+fn syntax(origin: &str, e: &serde_json::Error) -> UnitError {
+    let text = match e.classify() {
+        Category::Eof => "the JSON text ends too early: a closing } or ] or a quote is missing".to_string(),
+        _ => format!("not valid JSON: {}", bare(e)),
+    };
+    UnitError::input(format!("{origin}, line {} column {}: {text}", e.line(), e.column()))
+}
+
+/// serde_json's words without its " at line 1 column 2".
+fn bare(e: &serde_json::Error) -> String {
+    let text = e.to_string();
+    text.rsplit_once(" at line ").map_or(text.clone(), |(words, _)| words.to_string())
+}
+
+/// Names of Rust types to names of JSON's.
+fn in_json_terms(text: &str) -> String {
+    let mut text = text.to_string();
+    for (rust, json) in [
+        ("expected f64", "expected a number"),
+        ("expected f32", "expected a number"),
+        ("expected u8", "expected a whole number from 0"),
+        ("expected u32", "expected a whole number from 0"),
+        ("expected u64", "expected a whole number from 0"),
+        ("expected usize", "expected a whole number from 0"),
+        ("expected i32", "expected a whole number"),
+        ("expected i64", "expected a whole number"),
+        ("expected a borrowed string", "expected a text"),
+        ("expected a string", "expected a text"),
+        ("expected a sequence", "expected a list"),
+        ("expected struct ", "expected an object: "),
+        ("expected a map", "expected an object"),
+        ("invalid type: string", "invalid type: text"),
+        ("invalid type: floating point", "invalid type: number"),
+        ("invalid type: sequence", "invalid type: list"),
+        ("invalid type: map", "invalid type: object"),
+        ("unknown variant", "unknown value"),
+    ] {
+        text = text.replace(rust, json);
+    }
+    text
 }
 
 fn read(path: &Path) -> Result<String, UnitError> {
@@ -136,6 +186,12 @@ mod tests {
         assert!(e.contains("bed.json") && e.contains("soil.density") && e.contains("line 1"), "{e}");
         let e = parse::<Spec>(r#"{"soil": {"density": 1, "colour": 2}}"#, "bed.json").unwrap_err().to_string();
         assert!(e.contains("colour") && e.contains("density"), "{e}");
+        let e = parse::<Spec>("{\"soil\":\n {\"density\": 1,}}", "bed.json").unwrap_err().to_string();
+        assert!(e.contains("bed.json, line 2 column") && e.contains("not valid JSON"), "{e}");
+        let e = parse::<Spec>("{\"soil\": {\"density\": 1", "bed.json").unwrap_err().to_string();
+        assert!(e.contains("ends too early"), "{e}");
+        let e = parse::<Spec>("{\"soil\": {\"density\": \"heavy\"}}", "bed.json").unwrap_err().to_string();
+        assert!(e.contains("text \"heavy\"") && e.contains("expected a number"), "{e}");
     }
 
     #[test]

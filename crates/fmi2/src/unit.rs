@@ -29,6 +29,9 @@ pub enum UnitError {
         /// Why.
         reason: String,
     },
+    /// The machine refused: a file that cannot be written, no memory, no threads. `fmi2Error`.
+    #[error("{0}")]
+    Environment(String),
     /// The environment asked to stop (through the progress report). `fmi2Error`.
     #[error("stopped on request during {0}")]
     Cancelled(String),
@@ -45,6 +48,10 @@ impl UnitError {
     /// A fault of the computation.
     pub fn numerical(text: impl Into<String>) -> Self {
         Self::Numerical(text.into())
+    }
+    /// A refusal of the machine.
+    pub fn environment(text: impl Into<String>) -> Self {
+        Self::Environment(text.into())
     }
     /// A state that does not fit.
     pub fn state(text: impl Into<String>) -> Self {
@@ -63,13 +70,18 @@ pub enum LogCategory {
     Info,
     /// Details for developers.
     Debug,
-    /// A failure of the computation rather than of the input: the master tells the two apart by this category.
+    /// A failure of the computation: the master tells who has to act by this category and the next two.
     Numerical,
+    /// A fault of what the user gave: specification, parameter, file.
+    Input,
+    /// A refusal of the machine: a file that cannot be written, no memory.
+    Environment,
 }
 
 impl LogCategory {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Error, Self::Warning, Self::Info, Self::Debug, Self::Numerical];
+    pub const ALL: [Self; 7] =
+        [Self::Error, Self::Warning, Self::Info, Self::Debug, Self::Numerical, Self::Input, Self::Environment];
     /// The category's name in the interface.
     pub fn name(self) -> &'static str {
         match self {
@@ -78,7 +90,13 @@ impl LogCategory {
             Self::Info => "logInfo",
             Self::Debug => "logDebug",
             Self::Numerical => "logNumerical",
+            Self::Input => "logInput",
+            Self::Environment => "logEnvironment",
         }
+    }
+    /// Whether it tells of a failure.
+    pub fn is_error(self) -> bool {
+        matches!(self, Self::Error | Self::Numerical | Self::Input | Self::Environment)
     }
     /// What it holds.
     pub fn describe(self) -> &'static str {
@@ -88,6 +106,8 @@ impl LogCategory {
             Self::Info => "Progress of the unit, few lines a run",
             Self::Debug => "Details for developers",
             Self::Numerical => "Errors of the computation: no convergence, values that are not finite",
+            Self::Input => "Errors of what was given: specification, parameter, file",
+            Self::Environment => "Errors of the machine: a file that cannot be written, no memory",
         }
     }
 }

@@ -13,8 +13,10 @@ const LEDGER_HEAD: &str = "terramech run folder 1: the files listed below are re
 
 /// The folder a run writes into.
 ///
-/// Protocol: [`create`](RunFolder::create) once, after the inputs were checked (it deletes the files of an earlier run);
-/// then any number of writes from any thread. The lock on the folder lasts as long as the value.
+/// Protocol: [`open`](RunFolder::open) (which changes nothing that an earlier run left), then, when there is something to write,
+/// [`begin`](RunFolder::begin) (which deletes the files of an earlier run) or [`go_on`](RunFolder::go_on) (which keeps them, to be
+/// appended to); then any number of writes from any thread. [`create`](RunFolder::create) is the first two in one. The lock on the
+/// folder lasts as long as the value. A folder that was made by `open` and never begun is removed again.
 ///
 /// Every file is entered in a list (`.terramech-run`) before it is written; the next run deletes what is listed and
 /// nothing else, so files that a user put beside them stay. Whole files are written aside (`.NAME.part`) and renamed;
@@ -29,6 +31,11 @@ pub struct RunFolder {
 struct Ledger {
     file: File,
     names: BTreeSet<String>,
+    /// What an earlier run left, until this one begins.
+    earlier: Option<String>,
+    /// Whether the list, and whether the folder, were made by `open`.
+    made: (bool, bool),
+    begun: bool,
 }
 
 impl RunFolder {
@@ -38,10 +45,21 @@ impl RunFolder {
     /// [`Error::FolderNotOurs`] for a non-empty folder without an earlier run, [`Error::NotAFolder`],
     /// [`Error::FolderInUse`] while another process writes there, [`Error::Io`].
     pub fn create(path: impl AsRef<Path>) -> Result<RunFolder> {
+        let folder = Self::open(path)?;
+        folder.begin()?;
+        Ok(folder)
+    }
+
+    /// Creates the folder (and its parents), or takes over one that is empty or holds an earlier run, whose files stay for now.
+    ///
+    /// # Errors
+    /// As [`create`](RunFolder::create).
+    pub fn open(path: impl AsRef<Path>) -> Result<RunFolder> {
         let path = path.as_ref().to_owned();
         if path.exists() && !path.is_dir() {
             return Err(Error::NotAFolder { path });
         }
+        let made_folder = !path.exists();
         fs::create_dir_all(&path).map_err(Error::io("create", &path))?;
         let ledger_path = path.join(LEDGER);
         let ours = fs::symlink_metadata(&ledger_path).is_ok_and(|m| m.is_file());
@@ -66,18 +84,65 @@ impl RunFolder {
         }
         let mut text = String::new();
         file.read_to_string(&mut text).map_err(Error::io("read", &ledger_path))?;
-        if text.is_empty() {
+        let earlier = if text.is_empty() {
             file.write_all(LEDGER_HEAD.as_bytes()).map_err(Error::io("write", &ledger_path))?;
+            None
         } else {
             let Some(list) = text.strip_prefix(LEDGER_HEAD) else {
                 return Err(Error::FolderNotOurs { path, example: LEDGER.into() });
             };
-            remove_earlier(&path, list)?;
+            Some(list.to_owned())
+        };
+        let made = (!ours, made_folder);
+        let ledger = Ledger { file, names: BTreeSet::new(), earlier, made, begun: false };
+        Ok(RunFolder { path, ledger: Mutex::new(ledger) })
+    }
+
+    /// Deletes what an earlier run left; from now on this run writes.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn begin(&self) -> Result<()> {
+        let mut ledger = self.ledger.lock().unwrap_or_else(PoisonError::into_inner);
+        ledger.begun = true;
+        if let Some(list) = ledger.earlier.take() {
+            let path = self.path.join(LEDGER);
+            remove_earlier(&self.path, &list)?;
             // The head stays where it is: a crash here must not leave a folder that nobody recognises.
-            file.set_len(LEDGER_HEAD.len() as u64).map_err(Error::io("write", &ledger_path))?;
-            file.seek(SeekFrom::End(0)).map_err(Error::io("write", &ledger_path))?;
+            ledger.file.set_len(LEDGER_HEAD.len() as u64).map_err(Error::io("write", &path))?;
+            ledger.file.seek(SeekFrom::End(0)).map_err(Error::io("write", &path))?;
         }
-        Ok(RunFolder { path, ledger: Mutex::new(Ledger { file, names: BTreeSet::new() }) })
+        Ok(())
+    }
+
+    /// Keeps what an earlier run left and goes on writing it.
+    pub fn go_on(&self) {
+        let mut ledger = self.ledger.lock().unwrap_or_else(PoisonError::into_inner);
+        ledger.begun = true;
+        if let Some(list) = ledger.earlier.take() {
+            ledger.names.extend(list.lines().filter(|n| is_plain(n)).map(str::to_owned));
+        }
+    }
+
+    /// Opens a file of an earlier run to append to it, cut to its first `length` bytes.
+    ///
+    /// # Errors
+    /// [`Error::BadName`], [`Error::Io`], also where the file is shorter than that.
+    pub fn append(&self, name: &str, length: u64) -> Result<(File, PathBuf)> {
+        let path = self.claim(name)?;
+        let open = || -> io::Result<File> {
+            let mut file = OpenOptions::new().write(true).open(&path)?;
+            let there = file.metadata()?.len();
+            if there < length {
+                let text = format!("it has {there} bytes, {length} are expected");
+                return Err(io::Error::new(io::ErrorKind::UnexpectedEof, text));
+            }
+            file.set_len(length)?;
+            file.seek(SeekFrom::End(0))?;
+            Ok(file)
+        };
+        let file = open().map_err(Error::io("append to", &path))?;
+        Ok((file, path))
     }
 
     /// The folder.
@@ -160,6 +225,19 @@ impl RunFolder {
             fs::create_dir_all(parent).map_err(Error::io("create", parent))?;
         }
         Ok(path)
+    }
+}
+
+impl Drop for RunFolder {
+    fn drop(&mut self) {
+        let ledger = self.ledger.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if !ledger.begun && ledger.made.0 {
+            // Nothing was written: leave no trace. A folder that is no longer empty stays.
+            let _ = fs::remove_file(self.path.join(LEDGER));
+            if ledger.made.1 {
+                let _ = fs::remove_dir(&self.path);
+            }
+        }
     }
 }
 

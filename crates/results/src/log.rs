@@ -39,6 +39,20 @@ pub struct LogEntry {
     pub message: String,
 }
 
+impl LogEntry {
+    /// A message of now.
+    pub fn now(time: Option<f64>, unit: &str, category: &str, level: Level, message: &str) -> Self {
+        Self {
+            wall: utc_now(),
+            time: time.filter(|t| t.is_finite()),
+            unit: unit.into(),
+            category: category.into(),
+            level,
+            message: message.into(),
+        }
+    }
+}
+
 /// Writes `log.jsonl`; each message reaches the system at once, since the last one before a crash matters most.
 #[derive(Debug)]
 pub struct LogWriter {
@@ -61,15 +75,15 @@ impl LogWriter {
     /// # Errors
     /// [`Error::Io`], [`Error::Json`].
     pub fn write(&mut self, time: Option<f64>, unit: &str, category: &str, level: Level, message: &str) -> Result<()> {
-        let entry = LogEntry {
-            wall: utc_now(),
-            time: time.filter(|t| t.is_finite()),
-            unit: unit.into(),
-            category: category.into(),
-            level,
-            message: message.into(),
-        };
-        let mut line = serde_json::to_vec(&entry).map_err(|source| Error::Json { path: self.path.clone(), source })?;
+        self.put(&LogEntry::now(time, unit, category, level, message))
+    }
+
+    /// Writes a message that was made earlier.
+    ///
+    /// # Errors
+    /// As [`write`](LogWriter::write).
+    pub fn put(&mut self, entry: &LogEntry) -> Result<()> {
+        let mut line = serde_json::to_vec(entry).map_err(|source| Error::Json { path: self.path.clone(), source })?;
         line.push(b'\n');
         self.out.write_all(&line).map_err(Error::io("write", &self.path))
     }

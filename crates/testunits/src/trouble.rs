@@ -14,9 +14,16 @@ struct Vars {
 struct Trouble(Vars);
 
 impl Unit for Trouble {
+    fn enter_initialization(&mut self, v: &mut Values, _: &Host) -> Result<(), UnitError> {
+        match v.string(self.0.mode) {
+            "early" => Err(UnitError::input("'mode' is \"early\"; allowed: anything else")),
+            _ => Ok(()),
+        }
+    }
     fn exit_initialization(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
         match v.string(self.0.mode) {
             "late" => return Err(UnitError::input("'mode' is \"late\"; allowed: anything else")),
+            "disk" => return Err(UnitError::environment("bed.bin: cannot be written: no space left")),
             // Ten minutes unless it is asked to stop.
             "settle" => {
                 for i in 0..60_000 {
@@ -69,7 +76,11 @@ impl Unit for Trouble {
 /// Misbehaves as `mode` says from the time `at` on.
 pub fn model() -> Model {
     let mut t = Table::new();
-    let mode = t.parameter_string("mode", "", "late, settle, input, numerical, discard, panic, nan, end, talk, slow");
+    let mode = t.parameter_string(
+        "mode",
+        "",
+        "early, late, disk, settle, input, numerical, discard, panic, nan, end, talk, slow",
+    );
     let at = t.parameter_real("at", 0.0, "s", "When");
     let value = t.output_real("value", "s", "Time reached");
     let vars = Vars { mode, at, value };

@@ -24,11 +24,12 @@ pub struct BedFile {
 /// Writes a bed. The file appears whole or not at all.
 ///
 /// # Errors
-/// [`UnitError::Input`]: the path is not absolute or cannot be written.
+/// [`UnitError::Input`]: the path is not absolute. [`UnitError::Environment`]: it cannot be written.
 pub fn write(path: &str, bed: &BedFile) -> Result<(), UnitError> {
     let path = absolute("bed_save", path)?;
     let bytes = state::seal(MAGIC, &state::to_bytes(bed)?);
-    let fault = |e: std::io::Error| UnitError::input(format!("bed_save {}: cannot be written: {e}", path.display()));
+    let fault =
+        |e: std::io::Error| UnitError::environment(format!("bed_save {}: cannot be written: {e}", path.display()));
     let part = path.with_extension("part");
     fs::File::create(&part).and_then(|mut f| f.write_all(&bytes).and_then(|()| f.sync_all())).map_err(fault)?;
     fs::rename(&part, path).map_err(fault)

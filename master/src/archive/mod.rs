@@ -2,16 +2,17 @@
 //!
 //! [`open`] unpacks an archive into a temporary folder, or takes a folder that is unpacked already. Nothing is written
 //! until all names and declared sizes have passed; while inflating, the bytes that really come out are counted again,
-//! since a header can say anything. Whatever fails, the temporary folder is removed.
+//! since a header can say anything. Whatever fails, the temporary folder is removed; one of a process that was killed
+//! goes when the next one starts.
 
 mod names;
+mod temporary;
 mod unpack;
 
 use std::path::{Path, PathBuf};
 
-use tempfile::TempDir;
-
 use crate::fault::Fault;
+use temporary::Temporary;
 
 /// Limits of one archive. The defaults are above any honest FMU and bound time, memory and disk of a hostile one.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +43,7 @@ pub struct Unpacked {
     source: PathBuf,
     folder: PathBuf,
     sha256: Option<String>,
-    _temporary: Option<TempDir>,
+    _temporary: Option<Temporary>,
 }
 
 impl Unpacked {
@@ -88,6 +89,7 @@ pub fn open_within(path: &Path, limits: Limits) -> Result<Unpacked, Fault> {
     if path.is_dir() { Ok(Unpacked::folder_as_is(path)) } else { unpack::unpack(path, limits) }
 }
 
+pub use temporary::remove_all as remove_temporaries;
 pub use unpack::sha256_of_file;
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use zip::read::ZipArchive;
 use zip::result::ZipError;
 
 use super::names::{Seen, parts};
+use super::temporary::Temporary;
 use super::{Limits, Unpacked};
 use crate::fault::{Fault, FaultKind, of_file, shown};
 
@@ -79,7 +80,7 @@ pub fn unpack(path: &Path, limits: Limits) -> Result<Unpacked, Fault> {
         return Err(refuse(None, "entries share the same packed bytes".into()));
     }
 
-    let temporary = tempfile::Builder::new().prefix("terramech-").tempdir().map_err(machine)?;
+    let temporary = Temporary::new().map_err(machine)?;
     let mut budget = limits.total;
     for entry in &entries {
         let target = temporary.path().join(&entry.path);

@@ -37,7 +37,10 @@ pub fn open<'d>(description: &'d Description, options: &Options, faults: &mut Fa
         };
         let key = path.canonicalize().unwrap_or_else(|_| path.clone());
         let index = *opened.entry(key).or_insert_with(|| {
-            let fmu = open_fmu(&path, options.need_library, faults)?;
+            let mut own = Faults::new();
+            let fmu = open_fmu(&path, options.need_library, &mut own);
+            faults.take_over(own, &format!("Component \"{}\" ({})", c.name, c.place));
+            let fmu = fmu?;
             fmus.push(fmu);
             users.push(Vec::new());
             Some(fmus.len() - 1)
@@ -86,7 +89,14 @@ pub fn open_fmu(path: &Path, need_library: bool, faults: &mut Faults) -> Option<
     };
     let name = unpacked.shown("modelDescription.xml");
     let model = read_model(&unpacked.folder().join("modelDescription.xml"), &name, faults)?;
-    let library = match library_of(unpacked.folder(), &model.co_simulation.model_identifier) {
+    let broken = |library: PathBuf| match need_library.then(|| crate::loading::whole(&library)) {
+        Some(Err(reason)) => {
+            let library = library.strip_prefix(unpacked.folder()).unwrap_or(&library).display().to_string();
+            Err(FaultKind::BadLibrary { library, reason })
+        }
+        _ => Ok(library),
+    };
+    let library = match library_of(unpacked.folder(), &model.co_simulation.model_identifier).and_then(broken) {
         Ok(library) => Some(library),
         Err(kind) if need_library => {
             faults.push(of_file(&crate::fault::shown(path), kind));
@@ -107,6 +117,9 @@ fn read_model(file: &Path, name: &Path, faults: &mut Faults) -> Option<ModelDesc
     let limit = crate::xml::Limits::default().bytes;
     let read = || -> Result<Vec<u8>, Fault> {
         let unreadable = |e: std::io::Error| of_file(name, FaultKind::Unreadable { reason: e.to_string() });
+        if !file.exists() {
+            return Err(of_file(name.parent().unwrap_or(name), FaultKind::NoModelDescription));
+        }
         let length = fs::metadata(file).map_err(unreadable)?.len();
         if length > limit {
             return Err(of_file(name, FaultKind::TooMuch { what: "bytes", given: length, allowed: limit }));

@@ -30,7 +30,7 @@ pub struct Options {
     pub fmu_path: Vec<PathBuf>,
     /// Stop time in s, as decimal text, instead of the description's.
     pub stop_time: Option<String>,
-    /// `unit.variable=value`, in order; the last one of a variable counts, and it wins over every parameter binding.
+    /// `unit.variable=value`, each variable once and none that a connection feeds; wins over every parameter binding.
     pub set: Vec<String>,
     /// Whether each FMU must hold a library for this machine. Only looking at a system does not need one.
     pub need_library: bool,
@@ -52,6 +52,31 @@ pub fn plan(path: &Path, options: &Options) -> Result<Plan, Faults> {
     build(&description, path, options, faults)
 }
 
+/// The plan of a system of one FMU, to try it by itself: from t = 0 one step of 1 s.
+///
+/// # Errors
+/// As [`plan()`].
+pub fn plan_of_fmu(path: &Path, options: &Options) -> Result<Plan, Faults> {
+    let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let component = description::Component {
+        name: name.clone(),
+        source: whole.to_string_lossy().into_owned(),
+        place: Place::file(path),
+        ..Default::default()
+    };
+    let one = crate::decimal::Decimal::parse("1").ok();
+    let description = Description {
+        name,
+        place: Place::file(path),
+        components: vec![component],
+        stop: one,
+        base_step: one,
+        ..Default::default()
+    };
+    build(&description, path, options, Faults::new())
+}
+
 /// [`plan()`] for a description that is read already; `faults` holds what reading it found.
 ///
 /// # Errors
@@ -61,8 +86,9 @@ pub fn build(description: &Description, path: &Path, options: &Options, mut faul
     let system: System<'_> = library::open(description, options, faults_ref);
     let mut files = Vec::new();
     connections::check_connectors(&system, faults_ref);
-    let settings = values::settings(&system, &options.set, &mut files, faults_ref);
+    let (settings, overrides) = values::settings(&system, &options.set, &mut files, faults_ref);
     let mut connections = connections::resolve(&system, faults_ref);
+    values::refuse_connected(&system, &overrides, &connections, faults_ref);
     let arrays = arrays::resolve(&system, faults_ref);
     connections::extrapolate(&system, &mut connections, faults_ref);
     let times = steps::times(&system, options.stop_time.as_deref(), faults_ref);

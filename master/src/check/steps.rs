@@ -66,10 +66,11 @@ pub fn times(system: &System<'_>, stop_time: Option<&str>, faults: &mut Faults) 
     if !length.is_positive() {
         let allowed = format!("a time after the start time {start}");
         let kind = FaultKind::BadValue { what: "stop time".into(), given: stop.to_string(), allowed };
-        faults.add(&stop_place, element, kind);
+        faults.add(&stop_place, if stop_time.is_some() { "" } else { element }, kind);
         return None;
     }
-    let steps = in_steps("the time from start to stop", length, step, &stop_place, element, faults)?;
+    let element_of_stop = if stop_time.is_some() { "" } else { element };
+    let steps = in_steps("the time from start to stop", length, step, &stop_place, element_of_stop, faults)?;
     let mut multiples = Vec::with_capacity(d.components.len());
     for c in &d.components {
         let element = format!("Component \"{}\"", c.name);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::plan::Setting;
+use super::plan::{Connection, Setting};
 use super::system::System;
 use crate::description::{Assignment, Given};
 use crate::fault::{FaultKind, Faults, Place};
@@ -19,7 +19,7 @@ pub fn settings(
     overrides: &[String],
     files: &mut Vec<PathBuf>,
     faults: &mut Faults,
-) -> Vec<Vec<Setting>> {
+) -> (Vec<Vec<Setting>>, Vec<Override>) {
     let mut all = Vec::with_capacity(system.description.components.len());
     for (index, c) in system.description.components.iter().enumerate() {
         let mut settings = Vec::new();
@@ -30,8 +30,17 @@ pub fn settings(
         }
         all.push(settings);
     }
+    let mut done: Vec<Override> = Vec::new();
     for text in overrides {
-        overridden(system, text, &mut all, faults);
+        let Some(next) = overridden(system, text, &mut all, faults) else { continue };
+        match done.iter().find(|o| (o.component, o.variable) == (next.component, next.variable)) {
+            Some(o) => {
+                let kind =
+                    FaultKind::SetTwice { target: next.target, first: o.value.clone(), second: next.value.clone() };
+                faults.add(&Place::file("--set"), "", kind);
+            }
+            None => done.push(next),
+        }
     }
     for (index, settings) in all.iter_mut().enumerate() {
         let Some(model) = system.model(index) else { continue };
@@ -43,7 +52,29 @@ pub fn settings(
             }
         }
     }
-    all
+    (all, done)
+}
+
+/// A variable that the command line sets.
+pub struct Override {
+    component: usize,
+    variable: usize,
+    /// `unit.variable`.
+    target: String,
+    value: String,
+}
+
+/// A value that a connection would overwrite silently is a mistake of whoever gave it.
+pub fn refuse_connected(system: &System<'_>, overrides: &[Override], connections: &[Connection], faults: &mut Faults) {
+    for o in overrides {
+        let Some(c) = connections.iter().find(|c| (c.to.component, c.to.variable) == (o.component, o.variable)) else {
+            continue;
+        };
+        let variable = system.model(c.from.component).map(|model| &*model.variables[c.from.variable].name);
+        let source_name = format!("{}.{}", system.name(c.from.component), variable.unwrap_or_default());
+        let kind = FaultKind::SetButConnected { target: o.target.clone(), source_name, place: c.place.to_string() };
+        faults.add(&Place::file("--set"), "", kind);
+    }
 }
 
 fn assigned(
@@ -173,49 +204,50 @@ fn finish(
 }
 
 /// One `unit.variable=value`.
-fn overridden(system: &System<'_>, text: &str, all: &mut [Vec<Setting>], faults: &mut Faults) {
+fn overridden(system: &System<'_>, text: &str, all: &mut [Vec<Setting>], faults: &mut Faults) -> Option<Override> {
     let place = Place::file("--set");
-    let bad = |faults: &mut Faults| {
+    let bad = |faults: &mut Faults| -> Option<Override> {
         let kind = FaultKind::BadValue {
             what: "--set".into(),
             given: text.to_owned(),
             allowed: "unit.variable=value, such as rig.drive.slip=0.5".into(),
         };
         faults.add(&place, "", kind);
+        None
     };
-    let Some((target, value)) = text.split_once('=') else { return bad(faults) };
+    let Some((target, given)) = text.split_once('=') else { return bad(faults) };
     let target = target.trim();
     let Some((component, name)) = system.split(target) else {
         match target.split_once('.') {
             Some((unit, _)) => {
                 system.component(unit, &place, text, faults);
             }
-            None => bad(faults),
+            None => return bad(faults),
         }
-        return;
+        return None;
     };
-    let Some(port) = system.scalar(component, name, &place, text, faults) else { return };
-    let Some(model) = system.model(component) else { return };
+    let port = system.scalar(component, name, &place, text, faults)?;
+    let model = system.model(component)?;
     let variable = &model.variables[port.variable];
     let value = match variable.kind {
-        Kind::Enumeration => item_value(model, variable, value, &place, text, faults),
+        Kind::Enumeration => item_value(model, variable, given, &place, text, faults),
         kind => {
-            let read = value_of(kind, value);
+            let read = value_of(kind, given);
             if read.is_none() {
-                let given = format!("\"{value}\"");
+                let given = format!("\"{given}\"");
                 let kind = FaultKind::WrongKind { variable: target.to_owned(), given, allowed: takes(variable) };
                 faults.add(&place, text, kind);
             }
             read
         }
     };
-    let Some(value) = value else { return };
-    let Some(setting) = finish(variable, port.variable, target.to_owned(), value, &place, text, faults) else { return };
+    let setting = finish(variable, port.variable, target.to_owned(), value?, &place, text, faults)?;
     let settings = &mut all[component];
     match settings.iter_mut().find(|s| s.variable == setting.variable) {
         Some(old) => *old = setting,
         None => settings.push(setting),
     }
+    Some(Override { component, variable: port.variable, target: target.to_owned(), value: given.to_owned() })
 }
 
 /// A specification that is a path is made absolute, counted from the description's folder; text that starts with `{` and an

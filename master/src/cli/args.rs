@@ -22,7 +22,8 @@ pub struct Args {
 pub enum Command {
     /// Run a system
     Run(Run),
-    /// Check a system and tell every fault; runs nothing
+    /// Check a system or an FMU and tell every fault: files, connections, and what the units say of their parameters and
+    /// specifications; simulates nothing
     Check(Check),
     /// Show the variables and connections of a system or an FMU
     Inspect(Inspect),
@@ -31,7 +32,7 @@ pub enum Command {
 /// How a system is found and changed.
 #[derive(Debug, clap::Args)]
 pub struct System {
-    /// System description: a .ssd file, a .ssp archive, or the folder of an unpacked one
+    /// System description: a .ssd file, a .ssp archive, or the folder of an unpacked one (for `check` also an FMU)
     pub system: PathBuf,
     /// Stop time in s instead of the description's
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -67,6 +68,9 @@ pub struct Check {
     /// The system.
     #[command(flatten)]
     pub system: System,
+    /// Only read files: load no library (for FMUs nobody vouches for)
+    #[arg(long)]
+    pub no_units: bool,
 }
 
 /// `terramech inspect`.

@@ -19,14 +19,19 @@ pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
     }
 }
 
-fn plan(system: &System) -> Result<Plan, ExitCode> {
+fn plan(system: &System, checking: bool) -> Result<Plan, ExitCode> {
     let options = check::Options {
         fmu_path: system.fmu_path.clone(),
         stop_time: system.stop_time.clone(),
         set: system.set.clone(),
         ..check::Options::default()
     };
-    check::plan(&system.system, &options).map_err(|faults| tell(&faults))
+    let plan = if checking && inspect::is_fmu(&system.system) {
+        check::plan_of_fmu(&system.system, &options)
+    } else {
+        check::plan(&system.system, &options)
+    };
+    plan.map_err(|faults| tell(&faults))
 }
 
 /// Prints faults and gives their exit code.
@@ -39,7 +44,7 @@ fn tell(faults: &Faults) -> ExitCode {
 }
 
 fn run(args: &Run, words: &[OsString]) -> ExitCode {
-    let plan = match plan(&args.system) {
+    let plan = match plan(&args.system, false) {
         Ok(plan) => plan,
         Err(code) => return code,
     };
@@ -63,10 +68,10 @@ fn run(args: &Run, words: &[OsString]) -> ExitCode {
             if !matches!(outcome.end, run::End::Done) {
                 eprintln!("{}", run::tell(&outcome.end));
             }
-            if !args.quiet {
+            if !args.quiet && outcome.recorded {
                 let text = format!("{}results in {}\n", run::closing(&outcome), outcome.out.display());
                 let _ = std::io::stdout().lock().write_all(text.as_bytes());
-            } else if code != ExitCode::Done && outcome.manifest.simulated_seconds > 0.0 {
+            } else if code != ExitCode::Done && outcome.recorded && outcome.manifest.simulated_seconds > 0.0 {
                 eprintln!("what was recorded is in {}", outcome.out.display());
             }
             code
@@ -79,10 +84,23 @@ fn run(args: &Run, words: &[OsString]) -> ExitCode {
 }
 
 fn check(args: &Check) -> ExitCode {
-    match plan(&args.system) {
+    match plan(&args.system, true) {
         Ok(plan) => {
             for note in &plan.notes {
                 eprintln!("note: {note}");
+            }
+            let failures = if args.no_units { Vec::new() } else { crate::coupling::try_units(&plan) };
+            if let Some(first) = failures.first() {
+                failures.iter().for_each(|failure| eprintln!("{failure}"));
+                if failures.len() > 1 {
+                    eprintln!("{} units object", failures.len());
+                }
+                return run::code_of_failure(first);
+            }
+            if inspect::is_fmu(&args.system.system) {
+                let text = format!("{}: model {}: no fault\n", plan.file.display(), plan.model(0).model_name);
+                let _ = std::io::stdout().lock().write_all(text.as_bytes());
+                return ExitCode::Done;
             }
             let text = format!(
                 "{}: {} units, {} connections, {} array connections; {} steps of {} s to t = {} s: no fault\n",

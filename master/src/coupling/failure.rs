@@ -1,12 +1,30 @@
 //! Why a run cannot go on, told apart by who has to act: the user, the unit's author, the numerics, the machine.
 
-use crate::loading::{CallError, LoadError};
+use crate::loading::{CallError, Cause, LoadError};
+
+/// Where in its life a unit failed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Moment {
+    /// Before initialisation mode.
+    Before,
+    /// In initialisation mode.
+    Initialising,
+    /// At this simulated time (s), while it is stepped.
+    At(f64),
+}
+
+impl Moment {
+    /// The simulated time (s), if it runs.
+    pub fn time(self) -> Option<f64> {
+        if let Self::At(time) = self { Some(time) } else { None }
+    }
+}
 
 /// A failed call with what the master knows about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitFailure {
-    /// When, in s; `None` before initialisation mode.
-    pub time: Option<f64>,
+    /// When.
+    pub moment: Moment,
     /// The call.
     pub error: CallError,
     /// What is needed to read the error: the names of the variables the call was about, or nothing.
@@ -15,9 +33,14 @@ pub struct UnitFailure {
 
 impl std::fmt::Display for UnitFailure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.time {
-            Some(time) => write!(f, "unit {} at t = {time} s: ", self.error.unit)?,
-            None => write!(f, "unit {} before the start: ", self.error.unit)?,
+        let (unit, said) = (&self.error.unit, self.error.said.as_slice());
+        if self.is_input() && !said.is_empty() {
+            return write!(f, "unit {unit}: {}", said.join("\n  "));
+        }
+        match self.moment {
+            Moment::At(time) => write!(f, "unit {unit} at t = {time} s: ")?,
+            Moment::Initialising => write!(f, "unit {unit} in initialisation: ")?,
+            Moment::Before => write!(f, "unit {unit} before the start: ")?,
         }
         write!(f, "{} returned {}", self.error.call, self.error.status)?;
         if !self.about.is_empty() {
@@ -27,6 +50,18 @@ impl std::fmt::Display for UnitFailure {
             [] => write!(f, "; the unit logged no reason"),
             [one] => write!(f, "\n  {one}"),
             many => write!(f, "\n  {}", many.join("\n  ")),
+        }
+    }
+}
+
+impl UnitFailure {
+    /// Whether the user's input is to blame. While units are stepped their input comes from each other.
+    pub fn is_input(&self) -> bool {
+        match (self.error.cause, self.moment) {
+            (Cause::Numerical | Cause::Environment, _) | (_, Moment::At(_)) => false,
+            (Cause::Input, _) => true,
+            // Until it has entered initialisation mode a unit has seen nothing but parameters: it can only object to them.
+            (Cause::Unknown, moment) => moment == Moment::Before || self.error.call == "fmi2EnterInitializationMode",
         }
     }
 }
@@ -67,7 +102,7 @@ pub enum Failure {
 
 impl Failure {
     /// A failed call.
-    pub fn unit(error: CallError, time: Option<f64>, about: impl Into<String>) -> Self {
-        Self::Unit(Box::new(UnitFailure { time, error, about: about.into() }))
+    pub fn unit(error: CallError, moment: Moment, about: impl Into<String>) -> Self {
+        Self::Unit(Box::new(UnitFailure { moment, error, about: about.into() }))
     }
 }

@@ -9,7 +9,7 @@ use super::connect::Links;
 use super::pool::{Answer, Member, Pool, Task};
 use super::share::share_threads;
 use super::system::finite;
-use super::{Failure, System};
+use super::{Failure, Moment, System};
 use crate::check::plan::Plan;
 use crate::loading::{Environment, Instance, Library, Made, Sets};
 use crate::model_description::{Causality, Kind, Value};
@@ -32,35 +32,53 @@ pub fn assemble(
     let weights: Vec<f64> = (0..count).map(|i| plan.model(i).weight).collect();
     let threads = share_threads(budget.max(1), &asked, &weights);
 
-    let mut libraries: HashMap<PathBuf, Arc<Library>> = HashMap::new();
+    let mut libraries = Libraries::default();
     let mut members = Vec::with_capacity(count);
-    for (i, component) in plan.components.iter().enumerate() {
-        let fmu = &plan.fmus[component.fmu];
-        let model = plan.model(i);
-        let Some(path) = fmu.library.clone() else {
-            return Err(Failure::Input(format!("{}: the FMU holds no library for this machine", fmu.path.display())));
-        };
-        // The linker takes the path as it is: a relative one would be searched in the system's folders.
-        let path = std::path::absolute(&path).unwrap_or(path);
-        let library = match libraries.get(&path) {
-            Some(library) => Arc::clone(library),
-            None => {
-                let library = Library::open(&path)?;
-                libraries.insert(path, Arc::clone(&library));
-                library
-            }
-        };
-        let resources = fmu.unpacked.folder().join("resources");
-        let made = Made { name: &component.name, guid: &model.guid, resources: &resources, logging };
-        let mut instance = Instance::new(&library, &made, Arc::clone(environment))?;
-        instance.set(&settings(&plan, i, threads[i])).map_err(|e| Failure::unit(e, None, ""))?;
-        instance.setup(plan.clock.start.to_f64(), Some(plan.clock.stop())).map_err(|e| Failure::unit(e, None, ""))?;
-        members.push(Some(Box::new(Member { instance, calls: 0, seconds: 0.0 })));
+    for (i, &threads) in threads.iter().enumerate() {
+        members.push(Some(Box::new(member(&plan, i, threads, logging, &mut libraries, environment)?)));
     }
     let helpers = budget.max(1).min(count.max(1)) - 1;
     let pool = Pool::new(helpers)
         .map_err(|e| Failure::Environment(format!("{helpers} threads for units side by side: {e}")))?;
     Ok(System::new(plan, members, threads, pool))
+}
+
+/// Libraries by path, each opened once.
+#[derive(Default)]
+pub(super) struct Libraries(HashMap<PathBuf, Arc<Library>>);
+
+/// One unit with its parameters set, before initialisation mode.
+pub(super) fn member(
+    plan: &Plan,
+    index: usize,
+    threads: u32,
+    logging: bool,
+    libraries: &mut Libraries,
+    environment: &Arc<dyn Environment>,
+) -> Result<Member, Failure> {
+    let component = &plan.components[index];
+    let fmu = &plan.fmus[component.fmu];
+    let model = plan.model(index);
+    let Some(path) = fmu.library.clone() else {
+        return Err(Failure::Input(format!("{}: the FMU holds no library for this machine", fmu.path.display())));
+    };
+    // The linker takes the path as it is: a relative one would be searched in the system's folders.
+    let path = std::path::absolute(&path).unwrap_or(path);
+    let library = match libraries.0.get(&path) {
+        Some(library) => Arc::clone(library),
+        None => {
+            let library = Library::open(&path)?;
+            libraries.0.insert(path, Arc::clone(&library));
+            library
+        }
+    };
+    let resources = fmu.unpacked.folder().join("resources");
+    let made = Made { name: &component.name, guid: &model.guid, resources: &resources, logging };
+    let mut instance = Instance::new(&library, &made, Arc::clone(environment))?;
+    let before = |e| Failure::unit(e, Moment::Before, "");
+    instance.set(&settings(plan, index, threads)).map_err(before)?;
+    instance.setup(plan.clock.start.to_f64(), Some(plan.clock.stop())).map_err(before)?;
+    Ok(Member { instance, calls: 0, seconds: 0.0 })
 }
 
 fn refuse_what_we_cannot(plan: &Plan) -> Result<(), Failure> {
@@ -126,7 +144,7 @@ impl System {
         let plan = Arc::clone(&self.plan);
         let start = plan.clock.start.to_f64();
         let all = || 0..plan.components.len();
-        self.together(all().map(|i| (i, Task::Enter)).collect(), start)?;
+        self.together(all().map(|i| (i, Task::Enter)).collect())?;
         for stage in &plan.initialisation {
             let mut links = Links::new(
                 &plan,
@@ -135,7 +153,7 @@ impl System {
             );
             let outputs = links.outputs.iter_mut().enumerate().filter(|(_, o)| !o.is_empty());
             let reads = outputs.map(|(i, o)| (i, Task::Read(Box::new(std::mem::take(o))))).collect();
-            for (unit, answer) in self.together(reads, start)? {
+            for (unit, answer) in self.together(reads)? {
                 if let Answer::Read(outputs) = answer {
                     finite(&plan, unit, &outputs, start)?;
                     links.outputs[unit] = *outputs;
@@ -147,18 +165,18 @@ impl System {
                 let Some(member) = self.members[unit].as_deref_mut() else { continue };
                 links
                     .carry(&plan, unit, &mut member.instance, &mut sets, |_| true)
-                    .map_err(|r| Failure::unit(r.error, Some(start), r.about))?;
+                    .map_err(|r| Failure::unit(r.error, Moment::Initialising, r.about))?;
             }
         }
-        self.together(all().map(|i| (i, Task::Exit)).collect(), start)?;
+        self.together(all().map(|i| (i, Task::Exit)).collect())?;
         self.clockwork.initialise = begin.elapsed().as_secs_f64();
         Ok(())
     }
 
-    fn together(&mut self, tasks: Vec<(usize, Task)>, time: f64) -> Result<Vec<(usize, Answer)>, Failure> {
+    fn together(&mut self, tasks: Vec<(usize, Task)>) -> Result<Vec<(usize, Answer)>, Failure> {
         let mut answers = Vec::new();
         for (unit, answer) in self.side_by_side(tasks) {
-            answers.push((unit, answer.map_err(|e| Failure::unit(e, Some(time), ""))?));
+            answers.push((unit, answer.map_err(|e| Failure::unit(e, Moment::Initialising, ""))?));
         }
         Ok(answers)
     }

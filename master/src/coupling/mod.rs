@@ -21,11 +21,13 @@ mod initialise;
 mod pool;
 mod share;
 mod system;
+mod trial;
 mod watch;
 
 pub use algorithm::{Advance, Algorithm, Jacobi};
-pub use failure::{Failure, UnitFailure};
+pub use failure::{Failure, Moment, UnitFailure};
 pub use initialise::assemble;
 pub use share::share_threads;
 pub use system::{Clockwork, System};
+pub use trial::try_units;
 pub use watch::{Schedule, WatchId};

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::Failure;
 use super::connect::{Links, list};
 use super::pool::{Answer, Finished, Member, Pool, Task};
 use super::watch::{Schedule, Watch, WatchId};
+use super::{Failure, Moment};
 use crate::check::plan::Plan;
 use crate::decimal::Clock;
 use crate::loading::{CallError, NotFinite, Outputs, Sets, Stepped};
@@ -159,7 +159,7 @@ impl System {
             let Some(member) = self.members[unit].as_deref_mut() else { continue };
             self.links
                 .carry(&plan, unit, &mut member.instance, &mut self.sets, due)
-                .map_err(|r| Failure::unit(r.error, Some(plan.clock.time(tick)), r.about))?;
+                .map_err(|r| Failure::unit(r.error, Moment::At(plan.clock.time(tick)), r.about))?;
         }
         self.clockwork.coupling += begin.elapsed().as_secs_f64();
         Ok(())
@@ -224,7 +224,7 @@ impl System {
         }
         self.finished = finished;
         match first {
-            Some((_, error)) => Err(Failure::unit(error, Some(self.plan.clock.time(tick)), "")),
+            Some((_, error)) => Err(Failure::unit(error, Moment::At(self.plan.clock.time(tick)), "")),
             None => Ok(()),
         }
     }
@@ -278,7 +278,7 @@ pub(super) fn read(
     let Some(member) = member else { return Ok(()) };
     member.instance.read(outputs).map_err(|error| {
         let about = about(plan, unit, outputs, error.call);
-        Failure::unit(error, Some(time), about)
+        Failure::unit(error, Moment::At(time), about)
     })?;
     finite(plan, unit, outputs, time)
 }

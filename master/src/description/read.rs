@@ -19,6 +19,15 @@ const INSIDE: &str = "SystemStructure.ssd";
 /// Reads a description. Faults and notes go into `faults`; with faults, what could be read is returned all the same, so
 /// that a check can go on and tell more, and `None` only where there is nothing to go on with.
 pub fn read(path: &Path, faults: &mut Faults) -> Option<Description> {
+    if crate::inspect::is_fmu(path) {
+        let kind = FaultKind::Unsupported {
+            what: "running an FMU by itself".into(),
+            instead: "this is an FMU, no system description: couple it in a .ssd file, or look at it with `terramech inspect` and \
+                      `terramech check`",
+        };
+        faults.push(crate::fault::of_file(&shown(path), kind));
+        return None;
+    }
     let is_archive = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp"));
     let mut archive: Option<Arc<Unpacked>> = None;
     let (file, name): (PathBuf, PathBuf) = if path.is_dir() {

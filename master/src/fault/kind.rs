@@ -104,6 +104,17 @@ pub enum FaultKind {
         /// The platforms it has.
         given: String,
     },
+    /// An archive or folder that is no FMU.
+    #[error("it holds no modelDescription.xml: it is no FMU, or was packed with a folder around it")]
+    NoModelDescription,
+    /// The library for this machine cannot be loaded.
+    #[error("its library {library} cannot be loaded: {reason}")]
+    BadLibrary {
+        /// The file inside the FMU.
+        library: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A source that leads to no file.
     #[error("no such {what}: \"{source_uri}\"; looked for {searched}")]
     NotFound {
@@ -143,6 +154,28 @@ pub enum FaultKind {
         given: String,
         /// Names that look alike.
         close: Vec<String>,
+    },
+    /// A value for a variable that a connection feeds.
+    #[error(
+        "\"{target}\" is fed by the connection from \"{source_name}\" ({place}), which would overwrite the value; remove one of the two"
+    )]
+    SetButConnected {
+        /// The variable.
+        target: String,
+        /// The connection's source.
+        source_name: String,
+        /// Where the connection is written.
+        place: String,
+    },
+    /// A variable that is set twice on the command line.
+    #[error("\"{target}\" is set twice: to \"{first}\" and to \"{second}\"; give one value")]
+    SetTwice {
+        /// The variable.
+        target: String,
+        /// First value.
+        first: String,
+        /// Second value.
+        second: String,
     },
     /// Two connections to one input.
     #[error(

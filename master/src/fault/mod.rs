@@ -118,6 +118,21 @@ impl Faults {
         if self.faults.len() < KEPT { self.faults.push(fault) } else { self.not_kept += 1 }
     }
 
+    /// Adds what was found elsewhere; `user` says which element of the description led there.
+    pub fn take_over(&mut self, other: Self, user: &str) {
+        let with_user = |mut fault: Fault| {
+            fault.element =
+                if fault.element.is_empty() { user.to_owned() } else { format!("{user}: {}", fault.element) };
+            fault
+        };
+        for fault in other.faults {
+            self.push(with_user(fault));
+        }
+        self.not_kept += other.not_kept;
+        // Remarks concern the file itself, whoever uses it.
+        self.notes.extend(other.notes.into_iter().take(KEPT.saturating_sub(self.notes.len())));
+    }
+
     /// Adds a remark that does not stop a run.
     pub fn note(&mut self, place: &Place, element: impl Into<String>, text: impl Into<String>) {
         if self.notes.len() < KEPT {

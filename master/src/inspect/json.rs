@@ -87,6 +87,11 @@ pub fn plan_json(plan: &Plan) -> Json {
             "source": i.source,
         })
     });
+    let bonds = plan.bonds.iter().map(|b| {
+        let source = |connection: usize| plan.port_name(&plan.connections[connection].from);
+        let pairs = b.pairs.iter().map(|p| json!({ "effort": source(p.effort), "flow": source(p.flow) }));
+        json!({ "name": b.name, "pairs": pairs.collect::<Vec<_>>() })
+    });
     json!({
         "name": plan.name,
         "file": plan.file,
@@ -98,7 +103,7 @@ pub fn plan_json(plan: &Plan) -> Json {
         "arrays": arrays.collect::<Vec<_>>(),
         "initialisation": stages.collect::<Vec<_>>(),
         "recording": { "scalars": scalars.collect::<Vec<_>>(), "vtk": datasets.collect::<Vec<_>>() },
-        "bonds": of(&plan.bonds),
+        "bonds": bonds.collect::<Vec<_>>(),
         "summary": summary.collect::<Vec<_>>(),
         "inputs": of(&plan.inputs),
         "notes": of(&plan.notes),
@@ -108,6 +113,12 @@ pub fn plan_json(plan: &Plan) -> Json {
 /// A model: its attributes, and variables and arrays with their units by name.
 pub fn model_json(model: &ModelDescription) -> Json {
     let mut json = of(model);
+    // Kept as text for exact arithmetic; a number for readers.
+    for key in ["start_time", "stop_time", "tolerance", "step_size"] {
+        if let Some(x) = json["default_experiment"][key].as_str().and_then(|t| t.parse::<f64>().ok()) {
+            json["default_experiment"][key] = of(x);
+        }
+    }
     let named = |json: &mut Json, list: &str, item: fn(usize) -> Item| {
         for (index, entry) in json[list].as_array_mut().into_iter().flatten().enumerate() {
             entry["unit"] = of(model.unit_of(item(index)).map(|u| &u.name));

@@ -36,14 +36,17 @@ pub enum Form {
     Json,
 }
 
+/// Whether a path is an FMU by its name, or a folder with a model description.
+pub fn is_fmu(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu")) || path.join("modelDescription.xml").is_file()
+}
+
 /// Opens a system description or an FMU (an archive that ends in `.fmu`, or a folder with a `modelDescription.xml`).
 ///
 /// # Errors
 /// Every fault found.
 pub fn open(path: &Path, options: &Options) -> Result<Subject, Faults> {
-    let is_fmu =
-        path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fmu")) || path.join("modelDescription.xml").is_file();
-    if !is_fmu {
+    if !is_fmu(path) {
         return Ok(Subject::System(Box::new(check::plan(path, options)?)));
     }
     let mut faults = Faults::new();

@@ -8,6 +8,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use terramech_fmi2::types::*;
 
+use super::Cause;
+
 /// How many messages of a unit are kept to explain a failure.
 const KEPT: usize = 12;
 
@@ -51,7 +53,7 @@ pub(super) struct Ear {
     pub environment: Arc<dyn Environment>,
     /// Number of the current call, so that a failure is explained by what was said during it.
     call: AtomicU64,
-    said: Mutex<VecDeque<(u64, bool, String)>>,
+    said: Mutex<VecDeque<(u64, Cause, String)>>,
 }
 
 impl Ear {
@@ -70,13 +72,16 @@ impl Ear {
         self.call.store(self.call.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
     }
 
-    /// What was said as error or warning during the call, and whether the unit called it numerical.
-    pub fn said(&self) -> (Vec<String>, bool) {
+    /// What was said as error or warning during the call `name`, and the cause of the last error that names one.
+    pub fn said(&self, name: &str) -> (Vec<String>, Cause) {
         let call = self.call.load(Ordering::Relaxed);
         let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
         let of_call = said.iter().filter(|(of, _, _)| *of == call);
-        let numerical = of_call.clone().any(|(_, numerical, _)| *numerical);
-        (of_call.map(|(_, _, text)| text.clone()).collect(), numerical)
+        let cause = of_call.clone().map(|(_, cause, _)| *cause).rfind(|c| *c != Cause::Unknown);
+        // The message of the master names the call already.
+        let bare =
+            |text: &String| text.strip_prefix(name).and_then(|t| t.strip_prefix(": ")).unwrap_or(text).to_owned();
+        (of_call.map(|(_, _, text)| bare(text)).collect(), cause.unwrap_or_default())
     }
 
     fn hear(&self, status: Fmi2Status, category: &str, text: &str) {
@@ -86,7 +91,7 @@ impl Ear {
             if said.len() == KEPT {
                 said.pop_front();
             }
-            said.push_back((self.call.load(Ordering::Relaxed), category == "logNumerical", text.to_owned()));
+            said.push_back((self.call.load(Ordering::Relaxed), Cause::of(category), text.to_owned()));
         }
         self.environment.log(line);
     }

@@ -7,6 +7,14 @@ use terramech_fmi2::types;
 /// The library of a unit cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
+    /// Its file is no whole library for this machine.
+    #[error("{}: the unit's library cannot be loaded: {reason}", path.display())]
+    Image {
+        /// The library.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// The dynamic linker refused it.
     #[error("{}: the unit's library cannot be loaded: {reason}", path.display())]
     Open {
@@ -105,7 +113,7 @@ impl Status {
     }
 }
 
-/// A call that failed, with the unit's own words.
+/// A call that failed, with the unit's own words (without the name of the call, which our units put before them).
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{unit}: {call} returned {status}{}", what_it_said(said))]
 pub struct CallError {
@@ -117,8 +125,34 @@ pub struct CallError {
     pub status: Status,
     /// What the unit logged during the call (errors and warnings), or what else is known.
     pub said: Vec<String>,
-    /// Whether the unit called its failure a numerical one (log category `logNumerical`).
-    pub numerical: bool,
+    /// Who has to act, as far as the unit said.
+    pub cause: Cause,
+}
+
+/// Who has to act on a failed call: told by the log category of what the unit logged during it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Cause {
+    /// The unit did not say.
+    #[default]
+    Unknown,
+    /// The computation broke down (`logNumerical`).
+    Numerical,
+    /// What the user gave is wrong (`logInput`).
+    Input,
+    /// The machine refused (`logEnvironment`).
+    Environment,
+}
+
+impl Cause {
+    /// The cause that a log category tells.
+    pub(super) fn of(category: &str) -> Self {
+        match category {
+            "logNumerical" => Self::Numerical,
+            "logInput" => Self::Input,
+            "logEnvironment" => Self::Environment,
+            _ => Self::Unknown,
+        }
+    }
 }
 
 fn what_it_said(said: &[String]) -> String {

@@ -11,7 +11,7 @@ use terramech_fmi2::types::*;
 use super::environment::{Ear, Environment, progress};
 use super::functions::Functions;
 use super::values::{Outputs, Sets};
-use super::{CallError, Library, LoadError, Status};
+use super::{CallError, Cause, Library, LoadError, Status};
 
 /// Largest array we take (elements): beyond it the size is a fault of the unit, not a bed.
 const MOST_ELEMENTS: usize = 1 << 31;
@@ -89,7 +89,7 @@ impl Instance {
             )
         };
         let Some(component) = NonNull::new(component) else {
-            return Err(LoadError::Instantiate { unit: made.name.to_owned(), said: ear.said().0 });
+            return Err(LoadError::Instantiate { unit: made.name.to_owned(), said: ear.said("fmi2Instantiate").0 });
         };
         let mut instance = Self {
             component,
@@ -371,13 +371,13 @@ impl Instance {
             Status::Discard => {}
             _ => self.alive = false,
         }
-        let (said, numerical) = self.ear.said();
-        Err(CallError { unit: self.ear.unit.clone(), call: name, status, said, numerical })
+        let (said, cause) = self.ear.said(name);
+        Err(CallError { unit: self.ear.unit.clone(), call: name, status, said, cause })
     }
 
     fn refused(&self, call: &'static str, status: Status, text: String) -> CallError {
         let said = if text.is_empty() { Vec::new() } else { vec![text] };
-        CallError { unit: self.ear.unit.clone(), call, status, said, numerical: false }
+        CallError { unit: self.ear.unit.clone(), call, status, said, cause: Cause::Unknown }
     }
 }
 

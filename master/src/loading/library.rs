@@ -31,8 +31,9 @@ impl Library {
     /// file is what the user meant to run.
     ///
     /// # Errors
-    /// [`LoadError::Open`], [`LoadError::Symbol`], [`LoadError::Platform`].
+    /// [`LoadError::Image`], [`LoadError::Open`], [`LoadError::Symbol`], [`LoadError::Platform`].
     pub fn open(path: &Path) -> Result<Arc<Self>, LoadError> {
+        super::whole(path).map_err(|reason| LoadError::Image { path: path.to_owned(), reason })?;
         // RTLD_LOCAL keeps one unit's fmi2DoStep from answering for another's; RTLD_NOW tells of a missing
         // dependency here instead of in the middle of a run.
         // SAFETY: running a unit's code is what the user asked for; nothing else is assumed of its initialisers.

@@ -13,12 +13,14 @@
 mod environment;
 mod error;
 mod functions;
+mod image;
 mod instance;
 mod library;
 mod values;
 
 pub use environment::{Environment, LogLine};
-pub use error::{CallError, LoadError, Status};
+pub use error::{CallError, Cause, LoadError, Status};
+pub use image::whole;
 pub use instance::{Instance, Made, Stepped};
 pub use library::Library;
 pub use values::{Array, Batch, Class, NotFinite, Outputs, Sets, Slot};

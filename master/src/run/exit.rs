@@ -11,6 +11,7 @@
 
 use super::End;
 use crate::coupling::Failure;
+use crate::loading::{Cause, LoadError};
 
 /// What the process returns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,12 +44,15 @@ pub fn code_of_end(end: &End) -> ExitCode {
 pub fn code_of_failure(failure: &Failure) -> ExitCode {
     match failure {
         Failure::Input(_) => ExitCode::Input,
-        Failure::Unit(unit) if unit.error.numerical => ExitCode::Numerical,
-        // Until it has entered initialisation mode a unit has seen nothing but parameters: it can only object to them.
-        Failure::Unit(unit) if unit.time.is_none() || unit.error.call == "fmi2EnterInitializationMode" => {
-            ExitCode::Input
-        }
-        Failure::Load(_) | Failure::Unit(_) => ExitCode::Unit,
+        Failure::Unit(unit) if unit.is_input() => ExitCode::Input,
+        Failure::Unit(unit) => match unit.error.cause {
+            Cause::Numerical => ExitCode::Numerical,
+            Cause::Environment => ExitCode::Environment,
+            Cause::Input | Cause::Unknown => ExitCode::Unit,
+        },
+        // A file that is cut or of another machine is what the user gave.
+        Failure::Load(LoadError::Image { .. }) => ExitCode::Input,
+        Failure::Load(_) => ExitCode::Unit,
         Failure::NotFinite { .. } => ExitCode::Numerical,
         Failure::Results(error) if error.is_users_mistake() => ExitCode::Input,
         Failure::Results(_) | Failure::Environment(_) => ExitCode::Environment,

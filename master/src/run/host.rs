@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use terramech_results::{Level, LogWriter, RunFolder};
+use terramech_results::{Level, LogEntry, LogWriter};
 
 use super::{Display, Stop};
 use crate::coupling::Failure;
@@ -16,8 +16,17 @@ const SHOWN_WARNINGS: u64 = 20;
 /// How many base steps pass between two looks at the wall clock, at most.
 const GLANCE: u64 = 16;
 
+/// Messages that are kept until there is a file for them.
+const WAITING: usize = 10_000;
+
+/// The log, and what is said before it has a file: a run that does not start leaves an earlier run's log as it is.
+enum Log {
+    Waiting(Vec<LogEntry>),
+    Open(LogWriter),
+}
+
 pub struct Host {
-    log: Mutex<LogWriter>,
+    log: Mutex<Log>,
     display: Mutex<Display>,
     stop: Stop,
     /// Simulated time as bits; NaN before there is one.
@@ -26,10 +35,22 @@ pub struct Host {
 }
 
 impl Host {
-    pub fn new(folder: &RunFolder, display: Display, stop: Stop) -> Result<Self, Failure> {
-        let log = LogWriter::create(folder)?;
+    pub fn new(display: Display, stop: Stop) -> Self {
         let time = AtomicU64::new(f64::NAN.to_bits());
-        Ok(Self { log: Mutex::new(log), display: Mutex::new(display), stop, time, warnings: AtomicU64::new(0) })
+        let log = Mutex::new(Log::Waiting(Vec::new()));
+        Self { log, display: Mutex::new(display), stop, time, warnings: AtomicU64::new(0) }
+    }
+
+    /// Gives the log its file and writes what was said so far.
+    pub fn open_log(&self, mut writer: LogWriter) -> Result<(), Failure> {
+        let mut log = self.log.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Log::Waiting(entries) = &*log {
+            for entry in entries {
+                writer.put(entry)?;
+            }
+        }
+        *log = Log::Open(writer);
+        Ok(())
     }
 
     fn display(&self) -> MutexGuard<'_, Display> {
@@ -39,8 +60,14 @@ impl Host {
     fn write(&self, unit: &str, category: &str, level: Level, text: &str) {
         let time = f64::from_bits(self.time.load(Ordering::Relaxed));
         let mut log = self.log.lock().unwrap_or_else(PoisonError::into_inner);
-        // A full disk is told by the results, which are written all the time; a lost remark must not end a run.
-        let _ = log.write(Some(time), unit, category, level, text);
+        match &mut *log {
+            Log::Waiting(entries) if entries.len() >= WAITING => {}
+            Log::Waiting(entries) => entries.push(LogEntry::now(Some(time), unit, category, level, text)),
+            // A full disk is told by the results, which are written all the time; a lost remark must not end a run.
+            Log::Open(writer) => {
+                let _ = writer.write(Some(time), unit, category, level, text);
+            }
+        }
     }
 
     /// A remark of the master.

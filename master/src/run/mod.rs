@@ -1,5 +1,6 @@
 //! A run from start to end: units are made and initialised, stepped to the stop time and recorded, and whatever happens, what
-//! was recorded is readable afterwards and the manifest tells how it ended.
+//! was recorded is readable afterwards and the manifest tells how it ended. A run that does not get through initialisation writes
+//! nothing, so that an earlier run in the same folder stays as it is.
 
 mod display;
 mod exit;
@@ -11,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use terramech_results::{Headline, Manifest, RunFolder, write_summary};
+use terramech_results::{Headline, LogWriter, Manifest, RunFolder, write_summary};
 
 use crate::check::plan::Plan;
 use crate::coupling::{Advance, Algorithm, Failure, Jacobi, System, assemble};
@@ -70,6 +71,8 @@ pub struct Outcome {
     pub remarks: Vec<String>,
     /// The folder.
     pub out: PathBuf,
+    /// Whether the run came so far as to write there.
+    pub recorded: bool,
 }
 
 impl Outcome {
@@ -86,16 +89,21 @@ impl Outcome {
 pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Result<Outcome, Failure> {
     let begin = Instant::now();
     let plan = Arc::new(plan);
-    let folder = Arc::new(RunFolder::create(&options.out)?);
+    // An earlier run in this folder stays until this one has started.
+    let folder = Arc::new(RunFolder::open(&options.out)?);
     let mut manifest = report::manifest(&plan, options);
-    manifest.write(&folder)?;
-    let host = Arc::new(Host::new(&folder, display, stop.clone())?);
+    let host = Arc::new(Host::new(display, stop.clone()));
     for note in &plan.notes {
         host.note(&note.to_string());
     }
 
     let mut state = State { system: None, recorder: None, reached: None };
-    let result = state.go(&plan, options, &folder, &host, stop);
+    let result = state.start(&plan, options, &host).and_then(|()| {
+        folder.begin()?;
+        manifest.write(&folder)?;
+        host.open_log(LogWriter::create(&folder)?)?;
+        state.go(&plan, &folder, &host, stop)
+    });
     let mut end = match result {
         Ok(end) => end,
         // A unit that was asked to stop fails the call it was in.
@@ -118,6 +126,9 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
     }
     manifest.state = report::exit_state(&end);
     let mut remarks = recorder.map(|r| r.remarks().to_vec()).unwrap_or_default();
+    if state.recorder.is_none() {
+        return Ok(Outcome { end, headlines, manifest, remarks, out: options.out.clone(), recorded: false });
+    }
     let written = write_summary(&folder, &headlines)
         .and_then(|()| manifest.write(&folder))
         .and_then(|()| report::page(&plan, &folder, &headlines, &manifest, state.recorder.as_ref()));
@@ -127,7 +138,7 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
             end = End::Failed(Failure::Results(e));
         }
     }
-    Ok(Outcome { end, headlines, manifest, remarks, out: options.out.clone() })
+    Ok(Outcome { end, headlines, manifest, remarks, out: options.out.clone(), recorded: true })
 }
 
 struct State {
@@ -138,20 +149,18 @@ struct State {
 }
 
 impl State {
-    fn go(
-        &mut self,
-        plan: &Arc<Plan>,
-        options: &Options,
-        folder: &Arc<RunFolder>,
-        host: &Arc<Host>,
-        stop: &Stop,
-    ) -> Result<End, Failure> {
+    /// Makes the units and initialises them.
+    fn start(&mut self, plan: &Arc<Plan>, options: &Options, host: &Arc<Host>) -> Result<(), Failure> {
         let environment: Arc<dyn Environment> = Arc::clone(host) as Arc<dyn Environment>;
         let system = self.system.insert(assemble(Arc::clone(plan), options.threads, true, &environment)?);
-        let recorder = self.recorder.insert(Recorder::new(system, folder)?);
         host.initialising();
-        system.initialise()?;
+        system.initialise()
+    }
 
+    /// Steps them to the end.
+    fn go(&mut self, plan: &Arc<Plan>, folder: &Arc<RunFolder>, host: &Arc<Host>, stop: &Stop) -> Result<End, Failure> {
+        let Some(system) = &mut self.system else { return Err(Failure::Environment("no units".into())) };
+        let recorder = self.recorder.insert(Recorder::new(system, folder)?);
         let begin = Instant::now();
         let mut algorithm = Jacobi;
         host.running(plan.clock);

@@ -98,7 +98,7 @@ pub fn tell(end: &End) -> String {
         End::Done => "done".into(),
         End::EndedBy { unit, time } => format!("unit {unit} ended the run by itself at t = {time} s"),
         End::Stopped { time: Some(time) } => format!("stopped on request at t = {time} s"),
-        End::Stopped { time: None } => "stopped on request during initialisation".into(),
+        End::Stopped { time: None } => "stopped on request during initialisation; nothing was written".into(),
         End::Failed(failure) => failure.to_string(),
     }
 }

@@ -32,6 +32,7 @@ impl Stop {
         ctrlc::set_handler(move || {
             if stop.is_asked() {
                 eprintln!("\nstopped at once; results are written up to half a second ago");
+                crate::archive::remove_temporaries();
                 std::process::exit(super::ExitCode::Stopped as i32);
             }
             stop.ask();

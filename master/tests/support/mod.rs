@@ -159,11 +159,26 @@ const HEAD: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 
 /// Packs one model of the test library as an FMU.
 fn pack(path: &Path, name: &str, xml: &str) {
+    pack_with(path, name, xml, library());
+}
+
+/// Packs an FMU whose library is these bytes of the test library.
+pub fn pack_part(path: &Path, model: &str, part: std::ops::RangeTo<usize>) {
+    let models = testunits::models();
+    let model = models.iter().find(|m| m.name == model).unwrap();
+    pack_with(path, model.name, &model.xml(), &library()[part]);
+}
+
+pub fn library_size() -> usize {
+    library().len()
+}
+
+fn pack_with(path: &Path, name: &str, xml: &str, library: &[u8]) {
     let mut zip = zip::ZipWriter::new(fs::File::create(path).unwrap());
     let stored = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
     for (entry, bytes) in [
         ("modelDescription.xml".to_string(), xml.as_bytes()),
-        (format!("binaries/linux64/{name}.so"), library()),
+        (format!("binaries/linux64/{name}.so"), library),
         ("resources/specification.json".to_string(), b"{}"),
     ] {
         zip.start_file(entry, stored).unwrap();
