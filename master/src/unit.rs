@@ -80,6 +80,11 @@ impl Linear {
         self.factor * value + self.offset
     }
 
+    /// The value that this map turns into `value`.
+    pub fn inverse(self, value: f64) -> f64 {
+        (value - self.offset) / self.factor
+    }
+
     /// This map first, then another.
     pub fn then(self, next: Self) -> Self {
         Self { factor: next.factor * self.factor, offset: next.factor * self.offset + next.offset }

@@ -184,10 +184,8 @@ impl Second {
 }
 
 impl Unit for Second {
-    fn refresh(&mut self, v: &mut Values, _: &Host, _: u32, stage: Stage) -> Result<(), UnitError> {
-        if stage != Stage::Stepping {
-            self.partner(v);
-        }
+    fn refresh(&mut self, v: &mut Values, _: &Host, _: u32, _: Stage) -> Result<(), UnitError> {
+        self.partner(v);
         Ok(())
     }
     fn exit_initialization(&mut self, v: &mut Values, _: &Host) -> Result<(), UnitError> {
@@ -219,6 +217,8 @@ pub fn second_model() -> Model {
     let x1 = t.input_real("other.position", 0.0, "m", "Position of the first mass");
     let v1 = t.input_real("other.velocity", 0.0, "m/s", "Velocity of the first mass");
     let force = t.output_real("force", "N", "Force on the first mass");
+    // It depends directly on the inputs: read again after they were set it is another.
+    t.on_demand(force);
     t.depends_initially(force, &[own.x0.vr(), own.v0.vr(), cc.vr(), dc.vr(), x1.vr(), v1.vr()]);
     let vars = SecondVars { own, cc, dc, x1, v1, force };
     Model::new("mass_second", "A mass that receives a motion and returns a force", t, move || {

@@ -30,6 +30,11 @@ const PARTS: &[Part] = &[
         title: "Vehicle and multibody",
         args: &["--package", "fmu-vehicle", "--package", "terramech-handling-tires"],
     },
+    Part {
+        name: "algorithms",
+        title: "Coupling algorithms",
+        args: &["--package", "terramech", "--test", "algorithms"],
+    },
     Part { name: "coupling", title: "Coupled system", args: &["--package", "terramech-system-tests"] },
 ];
 

@@ -4,6 +4,7 @@
 //! turns parameters into settings, `connections` and `arrays` resolve connections, `steps` times, `recording` what is
 //! written, [`order`] the exchange in initialisation mode.
 
+mod algorithm;
 mod arrays;
 mod connections;
 mod library;
@@ -16,6 +17,7 @@ mod values;
 
 use std::path::{Path, PathBuf};
 
+pub use algorithm::cannot_be_saved;
 pub use library::open_fmu;
 
 use crate::description::{self, Description};
@@ -32,13 +34,15 @@ pub struct Options {
     pub stop_time: Option<String>,
     /// `unit.variable=value`, each variable once and none that a connection feeds; wins over every parameter binding.
     pub set: Vec<String>,
+    /// Coupling algorithm instead of the description's.
+    pub algorithm: Option<String>,
     /// Whether each FMU must hold a library for this machine. Only looking at a system does not need one.
     pub need_library: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fmu_path: Vec::new(), stop_time: None, set: Vec::new(), need_library: true }
+        Self { fmu_path: Vec::new(), stop_time: None, set: Vec::new(), algorithm: None, need_library: true }
     }
 }
 
@@ -119,6 +123,14 @@ pub fn build(description: &Description, path: &Path, options: &Options, mut faul
         let place = &description.place;
         initialisation = order::stages(&system.fmus, &components, &connections, &arrays, place, faults_ref);
     }
+    let algorithm = algorithm::algorithm(
+        &system,
+        options.algorithm.as_deref(),
+        &multiples,
+        &connections,
+        &initialisation,
+        faults_ref,
+    );
     let inputs = inputs(description, &system, files, faults_ref);
     let notes = faults.take_notes();
     let Some(times) = times else { return Err(faults) };
@@ -132,6 +144,7 @@ pub fn build(description: &Description, path: &Path, options: &Options, mut faul
         initialisation,
         clock: times.clock,
         recording,
+        algorithm,
         bonds,
         summary,
         inputs,

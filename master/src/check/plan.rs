@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::archive::Unpacked;
 use crate::decimal::Clock;
+use crate::description::algorithm::Scheme;
 use crate::fault::{Fault, Place};
 use crate::model_description::{Kind, ModelDescription, Value};
 use crate::unit::{Linear, Unit};
@@ -35,6 +36,8 @@ pub struct Plan {
     pub clock: Clock,
     /// What is written while the run goes.
     pub recording: Recording,
+    /// How the units are coupled in time.
+    pub algorithm: Algorithm,
     /// Power bonds whose energy residual is summed.
     pub bonds: Vec<PowerBond>,
     /// Headline results.
@@ -259,6 +262,21 @@ pub struct VtkField {
     pub index: Option<ArrayPort>,
 }
 
+/// How the units are coupled in time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Algorithm {
+    /// Which scheme.
+    pub scheme: Scheme,
+    /// All components, in the order they step (Gauss-Seidel).
+    pub order: Vec<usize>,
+    /// Whether outputs that depend directly on inputs are read again before the step (Jacobi).
+    pub resolve_feed_through: bool,
+    /// Largest relative change of an input between the last two iterations (iterated).
+    pub tolerance: f64,
+    /// Most iterations of a step (iterated).
+    pub iterations: u32,
+}
+
 /// A power bond: pairs whose products are the power that crosses, force with velocity, moment with angular velocity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PowerBond {
@@ -266,6 +284,8 @@ pub struct PowerBond {
     pub name: String,
     /// The pairs.
     pub pairs: Vec<BondPair>,
+    /// Whether its efforts are means over the sender's last step, not values at its end.
+    pub means: bool,
 }
 
 /// Two connections in opposite directions whose product is a power, by index into [`Plan::connections`].

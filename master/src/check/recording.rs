@@ -227,7 +227,7 @@ pub fn bonds(system: &System<'_>, connections: &[Connection], faults: &mut Fault
                 }
             }
         }
-        bonds.push(PowerBond { name: bond.name.clone(), pairs });
+        bonds.push(PowerBond { name: bond.name.clone(), pairs, means: bond.means });
     }
     bonds
 }

@@ -43,6 +43,9 @@ pub struct System {
     /// A folder to search for FMUs with bare names; may be repeated
     #[arg(long, value_name = "DIR")]
     pub fmu_path: Vec<PathBuf>,
+    /// Coupling algorithm instead of the description's: jacobi, gauss-seidel or iterated
+    #[arg(long, value_name = "NAME")]
+    pub algorithm: Option<String>,
 }
 
 /// `terramech run`.

@@ -24,6 +24,7 @@ fn plan(system: &System, checking: bool) -> Result<Plan, ExitCode> {
         fmu_path: system.fmu_path.clone(),
         stop_time: system.stop_time.clone(),
         set: system.set.clone(),
+        algorithm: system.algorithm.clone(),
         ..check::Options::default()
     };
     let plan = if checking && inspect::is_fmu(&system.system) {

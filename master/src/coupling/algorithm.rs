@@ -1,6 +1,8 @@
 //! Coupling algorithms: in which order units are read, set and stepped.
 
-use super::{Failure, System};
+use super::{Failure, GaussSeidel, Iterated, System};
+use crate::check::plan::Plan;
+use crate::description::algorithm::Scheme;
 
 /// Where a step has led.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +25,15 @@ pub trait Algorithm {
     /// # Errors
     /// The failure of a unit.
     fn advance(&mut self, system: &mut System, tick: u64) -> Result<Advance, Failure>;
+}
+
+/// The algorithm that a plan asks for.
+pub fn algorithm_of(plan: &Plan) -> Box<dyn Algorithm> {
+    match plan.algorithm.scheme {
+        Scheme::Jacobi => Box::new(Jacobi),
+        Scheme::GaussSeidel => Box::new(GaussSeidel::new(plan.algorithm.order.clone())),
+        Scheme::Iterated => Box::new(Iterated::new(plan)),
+    }
 }
 
 /// All outputs first, then all inputs, then all units side by side: explicit, first order, and the only algorithm in which no

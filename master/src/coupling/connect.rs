@@ -1,6 +1,7 @@
 //! Connections resolved to buffers: what is read of each unit, and where each value goes.
 
-use crate::check::plan::{ArrayConnection, Connection, Plan, Transform};
+use super::extrapolate::Track;
+use crate::check::plan::{Plan, Transform};
 use crate::loading::{CallError, Class, Instance, Outputs, Sets, Slot};
 use crate::unit::Linear;
 
@@ -13,6 +14,27 @@ struct Route {
     reference: u32,
     variable: usize,
     carry: Carry,
+    /// Index into the plan's connections.
+    connection: usize,
+    /// Index into [`Links::tracks`], where the value is extrapolated.
+    track: Option<usize>,
+}
+
+/// A track with the output it follows.
+#[derive(Clone, Debug)]
+struct Followed {
+    source: usize,
+    slot: Slot,
+    track: Track,
+}
+
+/// A connection whose value is asked for outside [`Links::carry`].
+#[derive(Clone, Copy, Debug)]
+pub struct Held {
+    source: usize,
+    /// Where its source lies in the outputs.
+    pub slot: Slot,
+    track: Option<usize>,
 }
 
 /// What happens to it.
@@ -45,6 +67,7 @@ pub struct Links {
     /// What is read of each unit.
     pub outputs: Vec<Outputs>,
     incoming: Vec<Incoming>,
+    tracks: Vec<Followed>,
 }
 
 /// A set that was refused, and the variables it was about.
@@ -56,19 +79,28 @@ pub struct Refused {
 }
 
 impl Links {
-    /// Resolves these connections of the plan, in their order.
-    pub fn new<'p>(
-        plan: &'p Plan,
-        scalars: impl Iterator<Item = &'p Connection>,
-        arrays: impl Iterator<Item = &'p ArrayConnection>,
+    /// Resolves these connections of the plan, by index and in their order. Values are held, unless `extrapolate`.
+    pub fn new(
+        plan: &Plan,
+        scalars: impl Iterator<Item = usize>,
+        arrays: impl Iterator<Item = usize>,
+        extrapolate: bool,
     ) -> Self {
         let count = plan.components.len();
-        let mut links = Self { outputs: Vec::new(), incoming: vec![Incoming::default(); count] };
+        let mut links = Self { incoming: vec![Incoming::default(); count], ..Self::default() };
         links.outputs.resize_with(count, Outputs::default);
-        for c in scalars {
+        for connection in scalars {
+            let c = &plan.connections[connection];
             let class = Class::from(c.from.kind);
             let slot = links.outputs[c.from.component].scalar(class, c.from.value_reference, c.from.variable);
+            let track = (extrapolate && c.extrapolation > 0).then(|| {
+                let track = Track::new(c.extrapolation);
+                links.tracks.push(Followed { source: c.from.component, slot, track });
+                links.tracks.len() - 1
+            });
             links.incoming[c.to.component].scalars.push(Route {
+                connection,
+                track,
                 source: c.from.component,
                 slot,
                 class: Class::from(c.to.kind),
@@ -83,7 +115,8 @@ impl Links {
                 },
             });
         }
-        for c in arrays {
+        for array in arrays {
+            let c = &plan.arrays[array];
             let slot = links.outputs[c.from.component].array(c.kind, c.from.value_reference, c.from.array);
             links.incoming[c.to.component].arrays.push(ArrayRoute {
                 source: c.from.component,
@@ -95,24 +128,85 @@ impl Links {
         links
     }
 
-    /// Sets what `target` receives from the units that are `fresh` (read since the last time). A value that is not
-    /// fresh is not set again: a receiver that moves a position on by its velocity would be thrown back.
+    /// The outputs of a unit have been read at a base step: continues the tracks that follow them.
+    pub fn note(&mut self, unit: usize, tick: u64) {
+        for f in self.tracks.iter_mut().filter(|f| f.source == unit) {
+            f.track.note(tick, self.outputs[unit].number(f.slot));
+        }
+    }
+
+    /// Where the value of a connection is found; `None` if it is not among these.
+    pub fn held(&self, connection: usize) -> Option<Held> {
+        let route = self.incoming.iter().flat_map(|i| &i.scalars).find(|r| r.connection == connection)?;
+        Some(Held { source: route.source, slot: route.slot, track: route.track })
+    }
+
+    /// What a connection would give now for a step over `span` (base steps), in the unit of its source.
+    pub fn value_of(&self, held: Held, span: (u64, u64)) -> f64 {
+        match held.track {
+            Some(track) => self.tracks[track].track.mean(span.0, span.1),
+            None => self.outputs[held.source].number(held.slot),
+        }
+    }
+
+    /// The values of all Real inputs as the outputs stand now, in the unit of their targets; the order never changes.
+    pub fn real_inputs(&self) -> Vec<f64> {
+        self.incoming
+            .iter()
+            .flat_map(|i| &i.scalars)
+            .filter(|r| r.class == Class::Real)
+            .map(|r| r.number(self))
+            .collect()
+    }
+
+    /// Indices of the connections behind [`Links::real_inputs`].
+    pub fn real_connections(&self) -> impl Iterator<Item = usize> {
+        self.incoming.iter().flat_map(|i| &i.scalars).filter(|r| r.class == Class::Real).map(|r| r.connection)
+    }
+
+    /// Adds the Real inputs of `target` from a list as [`Links::real_inputs`] makes it.
+    pub fn put_reals(&self, target: usize, values: &[f64], sets: &mut Sets) {
+        let mut at = 0;
+        for (unit, incoming) in self.incoming.iter().enumerate() {
+            for route in incoming.scalars.iter().filter(|r| r.class == Class::Real) {
+                if unit == target {
+                    sets.real(route.reference, values[at]);
+                }
+                at += 1;
+            }
+        }
+    }
+
+    /// The tracks, for a checkpoint.
+    #[allow(dead_code)]
+    pub fn tracks(&mut self) -> impl Iterator<Item = &mut Track> {
+        self.tracks.iter_mut().map(|f| &mut f.track)
+    }
+
+    /// Sets what `target` receives for its step over `span` (base steps) from the units that are `fresh` (read since the last time).
+    /// A value that is not fresh is not set again: a receiver that moves a position on by its velocity would be thrown back.
+    /// An extrapolated value is set anew for every step.
     pub fn carry(
         &self,
         plan: &Plan,
         target: usize,
         instance: &mut Instance,
         sets: &mut Sets,
+        span: (u64, u64),
         fresh: impl Fn(usize) -> bool,
     ) -> Result<(), Box<Refused>> {
         let incoming = &self.incoming[target];
         sets.clear();
-        for route in incoming.scalars.iter().filter(|r| fresh(r.source)) {
-            route.put(&self.outputs[route.source], sets);
+        for route in &incoming.scalars {
+            match route.track {
+                Some(track) => route.put_number(self.tracks[track].track.mean(span.0, span.1), sets),
+                None if fresh(route.source) => route.put(&self.outputs[route.source], sets),
+                None => {}
+            }
         }
         let model = plan.model(target);
         instance.set(sets).map_err(|error| {
-            let set = |r: &&Route| fresh(r.source) && call_of(r.class) == error.call;
+            let set = |r: &&Route| (r.track.is_some() || fresh(r.source)) && call_of(r.class) == error.call;
             let names = incoming.scalars.iter().filter(set).map(|r| &*model.variables[r.variable].name);
             Box::new(Refused { about: list(names), error })
         })?;
@@ -137,6 +231,18 @@ impl Links {
 }
 
 impl Route {
+    /// The value now, in the unit of the target.
+    fn number(&self, links: &Links) -> f64 {
+        let number = links.outputs[self.source].number(self.slot);
+        if let Carry::Linear(l) = &self.carry { l.apply(number) } else { number }
+    }
+
+    /// A number in the unit of the source, to a Real.
+    fn put_number(&self, number: f64, sets: &mut Sets) {
+        let number = if let Carry::Linear(l) = &self.carry { l.apply(number) } else { number };
+        sets.real(self.reference, number);
+    }
+
     #[inline]
     fn put(&self, from: &Outputs, sets: &mut Sets) {
         match (&self.carry, self.slot, self.class) {

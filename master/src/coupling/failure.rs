@@ -92,6 +92,22 @@ pub enum Failure {
         /// When, s.
         time: f64,
     },
+    /// The iteration of a step did not come to its end.
+    #[error(
+        "the coupling does not converge at t = {time} s: after {iterations} iterations {worst} still changes by {change:.1e} of its largest value (allowed: {tolerance:.1e}); a smaller step or a larger tolerance may help"
+    )]
+    NotConverged {
+        /// When, s.
+        time: f64,
+        /// How many were done.
+        iterations: u32,
+        /// The connection whose value changes most.
+        worst: String,
+        /// By how much, relative.
+        change: f64,
+        /// What is allowed.
+        tolerance: f64,
+    },
     /// What a run leaves cannot be written.
     #[error(transparent)]
     Results(#[from] terramech_results::Error),

@@ -94,15 +94,6 @@ fn refuse_what_we_cannot(plan: &Plan) -> Result<(), Failure> {
             )));
         }
     }
-    if let Some(c) = plan.connections.iter().find(|c| c.extrapolation > 0) {
-        return Err(Failure::Input(format!(
-            "{}: connection {} -> {}: extrapolation of order {} is not available; allowed: 0 (hold)",
-            c.place,
-            plan.port_name(&c.from),
-            plan.port_name(&c.to),
-            c.extrapolation
-        )));
-    }
     Ok(())
 }
 
@@ -146,11 +137,7 @@ impl System {
         let all = || 0..plan.components.len();
         self.together(all().map(|i| (i, Task::Enter)).collect())?;
         for stage in &plan.initialisation {
-            let mut links = Links::new(
-                &plan,
-                stage.connections.iter().map(|&c| &plan.connections[c]),
-                stage.arrays.iter().map(|&a| &plan.arrays[a]),
-            );
+            let mut links = Links::new(&plan, stage.connections.iter().copied(), stage.arrays.iter().copied(), false);
             let outputs = links.outputs.iter_mut().enumerate().filter(|(_, o)| !o.is_empty());
             let reads = outputs.map(|(i, o)| (i, Task::Read(Box::new(std::mem::take(o))))).collect();
             for (unit, answer) in self.together(reads)? {
@@ -164,7 +151,7 @@ impl System {
             for unit in targets {
                 let Some(member) = self.members[unit].as_deref_mut() else { continue };
                 links
-                    .carry(&plan, unit, &mut member.instance, &mut sets, |_| true)
+                    .carry(&plan, unit, &mut member.instance, &mut sets, (0, 0), |_| true)
                     .map_err(|r| Failure::unit(r.error, Moment::Initialising, r.about))?;
             }
         }

@@ -15,18 +15,26 @@
 //! on its inputs alone, and those are carried by the caller's thread in the order of the plan.
 
 mod algorithm;
+mod bonds;
 mod connect;
+mod extrapolate;
 mod failure;
+mod gauss_seidel;
 mod initialise;
+mod iterated;
 mod pool;
+mod rollback;
 mod share;
 mod system;
 mod trial;
 mod watch;
 
-pub use algorithm::{Advance, Algorithm, Jacobi};
+pub use algorithm::{Advance, Algorithm, Jacobi, algorithm_of};
+pub use bonds::Energy;
 pub use failure::{Failure, Moment, UnitFailure};
+pub use gauss_seidel::GaussSeidel;
 pub use initialise::assemble;
+pub use iterated::Iterated;
 pub use share::share_threads;
 pub use system::{Clockwork, System};
 pub use trial::try_units;

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::bonds::{Bonds, Energy};
 use super::connect::{Links, list};
 use super::pool::{Answer, Finished, Member, Pool, Task};
 use super::watch::{Schedule, Watch, WatchId};
 use super::{Failure, Moment};
 use crate::check::plan::Plan;
 use crate::decimal::Clock;
+use crate::description::algorithm::Scheme;
 use crate::loading::{CallError, NotFinite, Outputs, Sets, Stepped};
 
 /// Work below this (s) is not worth waking a thread for: handing a unit over and back costs some 10 microseconds.
@@ -34,9 +36,12 @@ pub struct System {
     pub(super) members: Vec<Option<Box<Member>>>,
     pub(super) threads: Vec<u32>,
     pub(super) pool: Pool,
-    links: Links,
+    pub(super) links: Links,
+    /// The exchange in stages, where direct feed-through is resolved.
+    stages: Vec<Links>,
+    pub(super) bonds: Bonds,
     watches: Vec<Watch>,
-    sets: Sets,
+    pub(super) sets: Sets,
     finished: Vec<Finished>,
     due: Vec<usize>,
     pub(super) clockwork: Clockwork,
@@ -47,17 +52,31 @@ pub struct System {
 impl System {
     pub(super) fn new(plan: Arc<Plan>, members: Vec<Option<Box<Member>>>, threads: Vec<u32>, pool: Pool) -> Self {
         use crate::check::plan::When;
+        let always = |c: &usize| plan.connections[*c].when == When::Always;
+        let always_array = |a: &usize| plan.arrays[*a].when == When::Always;
         let links = Links::new(
             &plan,
-            plan.connections.iter().filter(|c| c.when == When::Always),
-            plan.arrays.iter().filter(|c| c.when == When::Always),
+            (0..plan.connections.len()).filter(always),
+            (0..plan.arrays.len()).filter(always_array),
+            true,
         );
+        let mut stages = Vec::new();
+        // An iteration that leaves feed-through unresolved would compare values of different times.
+        if plan.algorithm.resolve_feed_through || plan.algorithm.scheme == Scheme::Iterated {
+            for stage in &plan.initialisation {
+                let scalars = stage.connections.iter().copied().filter(always);
+                stages.push(Links::new(&plan, scalars, stage.arrays.iter().copied().filter(always_array), false));
+            }
+        }
+        let bonds = Bonds::new(&plan, &links);
         Self {
             plan,
             members,
             threads,
             pool,
             links,
+            stages,
+            bonds,
             watches: Vec::new(),
             sets: Sets::default(),
             finished: Vec::new(),
@@ -131,8 +150,10 @@ impl System {
                 let time = self.plan.clock.time(tick);
                 let outputs = &mut self.links.outputs[unit];
                 read(&self.plan, unit, self.members[unit].as_deref_mut(), outputs, time)?;
+                self.links.note(unit, tick);
             }
         }
+        self.bonds.end(&self.links, self.plan.clock.length(1));
         let carried = Instant::now();
         self.clockwork.coupling += (carried - begin).as_secs_f64();
         for watch in &mut self.watches {
@@ -155,14 +176,112 @@ impl System {
         let begin = Instant::now();
         let plan = Arc::clone(&self.plan);
         let due = |unit: usize| tick.is_multiple_of(plan.components[unit].multiple);
-        for unit in self.links.targets().filter(|&u| due(u)) {
-            let Some(member) = self.members[unit].as_deref_mut() else { continue };
-            self.links
-                .carry(&plan, unit, &mut member.instance, &mut self.sets, due)
-                .map_err(|r| Failure::unit(r.error, Moment::At(plan.clock.time(tick)), r.about))?;
+        for unit in 0..self.members.len() {
+            if due(unit) {
+                self.carry_to(unit, tick)?;
+            }
+        }
+        // With the inputs set, outputs that depend on them are read again and handed on, in the order of the initial exchange.
+        self.resolve(tick)?;
+        if !self.stages.is_empty() {
+            for unit in (0..self.members.len()).filter(|&u| due(u)) {
+                let time = plan.clock.time(tick);
+                read(&plan, unit, self.members[unit].as_deref_mut(), &mut self.links.outputs[unit], time)?;
+                self.links.note(unit, tick);
+            }
+            for unit in (0..self.members.len()).filter(|&u| due(u)) {
+                self.carry_to(unit, tick)?;
+            }
+        }
+        for unit in 0..self.members.len() {
+            if due(unit) {
+                self.begin_bonds(unit, tick)?;
+            }
         }
         self.clockwork.coupling += begin.elapsed().as_secs_f64();
         Ok(())
+    }
+
+    /// Sets the inputs of one unit from what was read last.
+    pub(super) fn carry_to(&mut self, unit: usize, tick: u64) -> Result<(), Failure> {
+        let plan = &self.plan;
+        let due = |unit: usize| tick.is_multiple_of(plan.components[unit].multiple);
+        let Some(member) = self.members[unit].as_deref_mut() else { return Ok(()) };
+        let span = (tick, tick + plan.components[unit].multiple);
+        self.links
+            .carry(plan, unit, &mut member.instance, &mut self.sets, span, due)
+            .map_err(|r| Failure::unit(r.error, Moment::At(plan.clock.time(tick)), r.about))
+    }
+
+    /// Notes for the power bonds what a unit holds now.
+    pub(super) fn begin_bonds(&mut self, unit: usize, tick: u64) -> Result<(), Failure> {
+        if self.bonds.is_empty() {
+            return Ok(());
+        }
+        let span = (tick, tick + self.plan.components[unit].multiple);
+        let Some(member) = self.members[unit].as_deref_mut() else { return Ok(()) };
+        self.bonds
+            .begin(unit, member, &self.links, span)
+            .map_err(|e| Failure::unit(e, Moment::At(self.plan.clock.time(tick)), "outputs of a power bond"))
+    }
+
+    /// The exchange in stages, if the plan asks for it.
+    pub(super) fn resolve(&mut self, tick: u64) -> Result<(), Failure> {
+        let mut stages = std::mem::take(&mut self.stages);
+        let result = stages.iter_mut().try_for_each(|stage| self.exchange(stage, tick));
+        self.stages = stages;
+        result
+    }
+
+    /// One stage of an exchange between communication points: its sources are read, then its targets set.
+    fn exchange(&mut self, stage: &mut Links, tick: u64) -> Result<(), Failure> {
+        let plan = Arc::clone(&self.plan);
+        let time = plan.clock.time(tick);
+        let due = |unit: usize| tick.is_multiple_of(plan.components[unit].multiple);
+        for unit in 0..self.members.len() {
+            if due(unit) && !stage.outputs[unit].is_empty() {
+                read(&plan, unit, self.members[unit].as_deref_mut(), &mut stage.outputs[unit], time)?;
+            }
+        }
+        for unit in 0..self.members.len() {
+            if let (true, Some(member)) = (due(unit), self.members[unit].as_deref_mut()) {
+                stage
+                    .carry(&plan, unit, &mut member.instance, &mut self.sets, (0, 0), due)
+                    .map_err(|r| Failure::unit(r.error, Moment::At(time), r.about))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// One unit's step, on the caller's thread, and its outputs at the end of it.
+    pub(super) fn step_one(&mut self, unit: usize, tick: u64) -> Result<(), Failure> {
+        let multiple = self.plan.components[unit].multiple;
+        let (time, size) = self.span(unit, tick);
+        let Some(member) = self.members[unit].as_deref_mut() else { return Ok(()) };
+        match member.work(Task::Step(time, size)) {
+            Ok(Answer::Stepped(Stepped::Ended(time))) => {
+                self.ended.get_or_insert((unit, time));
+                return Ok(());
+            }
+            Ok(_) => {}
+            Err(e) => return Err(Failure::unit(e, Moment::At(time), "")),
+        }
+        if !self.links.outputs[unit].is_empty() {
+            let end = self.plan.clock.time(tick + multiple);
+            read(&self.plan, unit, self.members[unit].as_deref_mut(), &mut self.links.outputs[unit], end)?;
+            self.links.note(unit, tick + multiple);
+        }
+        Ok(())
+    }
+
+    /// Whether a unit's step at this base step ends within the run: a slow unit's last one that would not is left out.
+    pub(super) fn fits(&self, unit: usize, tick: u64) -> bool {
+        tick + self.plan.components[unit].multiple <= self.plan.clock.steps
+    }
+
+    /// The energy residual of each power bond so far.
+    pub fn energies(&self) -> impl Iterator<Item = (&str, Energy)> {
+        self.bonds.energies()
     }
 
     /// Lets all units that communicate now do their step, side by side where that pays.
@@ -172,9 +291,8 @@ impl System {
     pub fn step(&mut self, tick: u64) -> Result<(), Failure> {
         let mut due = std::mem::take(&mut self.due);
         due.clear();
-        // A slow unit's last step that would end after the run is left out.
-        let fits = |u: usize| tick + self.plan.components[u].multiple <= self.plan.clock.steps;
-        due.extend((0..self.members.len()).filter(|&u| self.is_due(u, tick) && fits(u) && self.members[u].is_some()));
+        let takes_part = |u: &usize| self.is_due(*u, tick) && self.fits(*u, tick) && self.members[*u].is_some();
+        due.extend((0..self.members.len()).filter(takes_part));
         // The caller takes the heaviest unit, whose step then pays for no wake-up and no cold cache.
         let cost = |system: &Self, unit: usize| match system.effort(unit) {
             (0, _) => f64::INFINITY,

@@ -11,8 +11,9 @@
 //!   <tm:System xmlns:tm="http://terramech.org/SSP1/Annotations">
 //!     <tm:ArrayConnection startElement="tire" startConnector="mesh.position"
 //!                         endElement="terrain" endConnector="body[1].position"/>
+//!     <tm:Algorithm scheme="jacobi"/>
 //!     <tm:Extrapolation element="rig" connector="wheel[1].force.*" order="1"/>
-//!     <tm:PowerBond name="wheel">
+//!     <tm:PowerBond name="wheel" efforts="mean">
 //!       <tm:Pair effortElement="tire" effortConnector="force.x" flowElement="rig" flowConnector="wheel[1].velocity.x"/>
 //!     </tm:PowerBond>
 //!     <tm:Recording every="0.001">
@@ -33,6 +34,7 @@
 //!
 //! Elements are named as in the system that holds the annotation. Times are decimal numbers in s.
 
+use super::algorithm::Algorithm;
 use crate::decimal::Decimal;
 use crate::fault::{FaultKind, Faults, Place};
 use crate::xml::Element;
@@ -65,6 +67,8 @@ pub struct SystemExtras {
     pub arrays: Vec<ArrayConnection>,
     /// Orders of extrapolation.
     pub extrapolations: Vec<Extrapolation>,
+    /// How units are coupled in time; Jacobi if absent.
+    pub algorithm: Option<Box<Algorithm>>,
     /// Power bonds.
     pub bonds: Vec<PowerBond>,
     /// Default period of recorded scalars, s; every base step if absent.
@@ -121,6 +125,8 @@ pub struct PowerBond {
     pub name: String,
     /// Outputs whose product is a power: force or moment, and velocity or angular velocity.
     pub pairs: Vec<(Address, Address)>,
+    /// Whether its efforts are means over the sender's last step, not values at its end.
+    pub means: bool,
     /// Where it is written.
     pub place: Place,
 }
@@ -275,13 +281,19 @@ impl SystemExtras {
                         extras.extrapolations.push(Extrapolation { to, order, place: e.place() });
                     }
                 }
+                "Algorithm" => {
+                    if let Some(first) = &extras.algorithm {
+                        first.twice(faults);
+                    }
+                    extras.algorithm = Algorithm::read(e, faults).map(Box::new).or(extras.algorithm);
+                }
                 "PowerBond" => extras.bonds.extend(bond(e, faults)),
                 "Recording" => extras.read_recording(e, faults),
                 "Summary" => {
                     let items: Vec<_> = e.all("Item").filter_map(|item| summary_item(item, faults)).collect();
                     extras.summary.extend(items);
                 }
-                _ => unknown(e, "ArrayConnection, Extrapolation, PowerBond, Recording, Summary", faults),
+                _ => unknown(e, "Algorithm, ArrayConnection, Extrapolation, PowerBond, Recording, Summary", faults),
             }
         }
         extras
@@ -310,6 +322,7 @@ impl SystemExtras {
         }
         self.arrays.append(&mut nested.arrays);
         self.extrapolations.append(&mut nested.extrapolations);
+        self.algorithm = self.algorithm.take().or(nested.algorithm.take());
         self.bonds.append(&mut nested.bonds);
         self.every = self.every.or(nested.every);
         self.scalars.append(&mut nested.scalars);
@@ -323,6 +336,11 @@ impl SystemExtras {
             change(&mut c.to);
         }
         self.extrapolations.iter_mut().for_each(|e| change(&mut e.to));
+        for name in self.algorithm.iter_mut().flat_map(|a| &mut a.order) {
+            let mut address = Address { element: std::mem::take(name), connector: String::new() };
+            change(&mut address);
+            *name = address.element;
+        }
         for (effort, flow) in self.bonds.iter_mut().flat_map(|b| &mut b.pairs) {
             change(effort);
             change(flow);
@@ -351,8 +369,12 @@ impl SystemExtras {
             writer.open("tm:Extrapolation").attribute("element", &e.to.element);
             writer.attribute("connector", &e.to.connector).attribute("order", e.order).close();
         }
+        if let Some(algorithm) = &self.algorithm {
+            algorithm.write(writer);
+        }
         for bond in &self.bonds {
             writer.open("tm:PowerBond").attribute("name", &bond.name);
+            writer.optional("efforts", bond.means.then_some("mean"));
             for (effort, flow) in &bond.pairs {
                 writer.open("tm:Pair");
                 writer.attribute("effortElement", &effort.element).attribute("effortConnector", &effort.connector);
@@ -395,7 +417,13 @@ fn bond(e: Element<'_>, faults: &mut Faults) -> Option<PowerBond> {
     if pairs.is_empty() {
         faults.add(&e.place(), e.label(), FaultKind::MissingElement { name: "Pair" });
     }
-    Some(PowerBond { name: e.required("name", faults)?.to_owned(), pairs, place: e.place() })
+    let means = e.parsed("efforts", "sample or mean", faults, |word| match word {
+        "sample" => Some(false),
+        "mean" => Some(true),
+        _ => None,
+    });
+    let name = e.required("name", faults)?.to_owned();
+    Some(PowerBond { name, pairs, means: means.unwrap_or(false), place: e.place() })
 }
 
 fn dataset(e: Element<'_>, faults: &mut Faults) -> Option<Dataset> {

@@ -5,6 +5,7 @@
 //! precedence. So whoever works with a [`Description`] sees a flat system. What only this program has stands in annotations
 //! of type `org.terramech`; their vocabulary lives in [`annotations`] alone.
 
+pub mod algorithm;
 pub mod annotations;
 mod bind;
 mod flatten;

@@ -15,7 +15,7 @@ pub fn text(value: &Json) -> String {
     format!("{value:#}\n")
 }
 
-/// A system: `name, file, time, components, connections, arrays, initialisation, recording, bonds, summary, inputs, notes`.
+/// A system: `name, file, time, components, connections, arrays, initialisation, recording, algorithm, bonds, summary, inputs, notes`.
 pub fn plan_json(plan: &Plan) -> Json {
     let components = plan.components.iter().enumerate().map(|(index, c)| {
         let model = plan.model(index);
@@ -90,7 +90,7 @@ pub fn plan_json(plan: &Plan) -> Json {
     let bonds = plan.bonds.iter().map(|b| {
         let source = |connection: usize| plan.port_name(&plan.connections[connection].from);
         let pairs = b.pairs.iter().map(|p| json!({ "effort": source(p.effort), "flow": source(p.flow) }));
-        json!({ "name": b.name, "pairs": pairs.collect::<Vec<_>>() })
+        json!({ "name": b.name, "efforts": if b.means { "mean" } else { "sample" }, "pairs": pairs.collect::<Vec<_>>() })
     });
     json!({
         "name": plan.name,
@@ -103,6 +103,11 @@ pub fn plan_json(plan: &Plan) -> Json {
         "arrays": arrays.collect::<Vec<_>>(),
         "initialisation": stages.collect::<Vec<_>>(),
         "recording": { "scalars": scalars.collect::<Vec<_>>(), "vtk": datasets.collect::<Vec<_>>() },
+        "algorithm": {
+            "scheme": of(plan.algorithm.scheme),
+            "order": plan.algorithm.order.iter().map(|&c| &plan.components[c].name).collect::<Vec<_>>(),
+            "resolve_feed_through": plan.algorithm.resolve_feed_through,
+        },
         "bonds": bonds.collect::<Vec<_>>(),
         "summary": summary.collect::<Vec<_>>(),
         "inputs": of(&plan.inputs),

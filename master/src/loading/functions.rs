@@ -49,6 +49,12 @@ table! {
     optional {
         get_types_platform: GetTypesPlatform = "fmi2GetTypesPlatform";
         get_version: GetVersion = "fmi2GetVersion";
+        get_state: GetFmuState = "fmi2GetFMUstate";
+        set_state: SetFmuState = "fmi2SetFMUstate";
+        free_state: FreeFmuState = "fmi2FreeFMUstate";
+        state_size: SerializedFmuStateSize = "fmi2SerializedFMUstateSize";
+        serialize_state: SerializeFmuState = "fmi2SerializeFMUstate";
+        deserialize_state: DeSerializeFmuState = "fmi2DeSerializeFMUstate";
         get_status: GetStatus = "fmi2GetStatus";
         get_real_status: GetRealStatus = "fmi2GetRealStatus";
         get_boolean_status: GetBooleanStatus = "fmi2GetBooleanStatus";

@@ -25,14 +25,16 @@ const PENDING_PAUSE: Duration = Duration::from_micros(50);
 /// then `read`, `set` and `step`, at the end `terminate`; dropping frees it. After an error the instance takes no further call: each
 /// gives [`Status::NotCalled`].
 pub struct Instance {
-    component: NonNull<c_void>,
-    library: Arc<Library>,
+    pub(super) component: NonNull<c_void>,
+    pub(super) library: Arc<Library>,
     // Boxes: the unit keeps pointers to both.
     ear: Box<Ear>,
     _callbacks: Box<Fmi2CallbackFunctions>,
-    alive: bool,
-    running: bool,
+    pub(super) alive: bool,
+    pub(super) running: bool,
     pointers: Vec<Fmi2String>,
+    /// The state kept by [`Instance::keep`]; null or the unit's.
+    pub(super) kept: Fmi2FmuState,
 }
 
 // SAFETY: FMI 2.0 asks that an instance is not called by two threads at the same time, not that it is always the same thread;
@@ -99,6 +101,7 @@ impl Instance {
             alive: true,
             running: false,
             pointers: Vec::new(),
+            kept: std::ptr::null_mut(),
         };
         if let Some(set_progress) = library.functions.set_progress {
             let ear = std::ptr::from_ref(&*instance.ear).cast_mut().cast();
@@ -157,10 +160,11 @@ impl Instance {
     /// [`CallError`]; a discarded step tells in `said` how far it came.
     pub fn step(&mut self, time: f64, size: f64) -> Result<Stepped, CallError> {
         let get_status = self.library.functions.get_status;
+        let no_way_back = c_int::from(self.kept.is_null());
         // SAFETY: no pointers but the component, and a status on our stack.
         let stepped = self.call("fmi2DoStep", |f, c| unsafe {
-            // The last argument says that no state before this point is set again: true for explicit coupling.
-            let mut status = (f.do_step)(c, time, size, FMI2_TRUE);
+            // The last argument says that no state before this point is set again.
+            let mut status = (f.do_step)(c, time, size, no_way_back);
             if let Some(get_status) = get_status {
                 while status == FMI2_PENDING {
                     std::thread::sleep(PENDING_PAUSE);
@@ -354,7 +358,7 @@ impl Instance {
     }
 
     /// One call into the unit: all calls but instantiate and free pass here.
-    fn call(
+    pub(super) fn call(
         &mut self,
         name: &'static str,
         f: impl FnOnce(&Functions, Fmi2Component) -> Fmi2Status,
@@ -375,7 +379,7 @@ impl Instance {
         Err(CallError { unit: self.ear.unit.clone(), call: name, status, said, cause })
     }
 
-    fn refused(&self, call: &'static str, status: Status, text: String) -> CallError {
+    pub(super) fn refused(&self, call: &'static str, status: Status, text: String) -> CallError {
         let said = if text.is_empty() { Vec::new() } else { vec![text] };
         CallError { unit: self.ear.unit.clone(), call, status, said, cause: Cause::Unknown }
     }
@@ -385,6 +389,7 @@ impl Drop for Instance {
     fn drop(&mut self) {
         // After fmi2Fatal the library may be in any state: its memory is left to the end of the process.
         if !self.library.is_condemned() {
+            self.forget();
             // SAFETY: made by fmi2Instantiate, freed once, not used again; ear and callbacks are dropped after this.
             unsafe { (self.library.functions.free_instance)(self.component.as_ptr()) };
         }

@@ -16,6 +16,7 @@ mod functions;
 mod image;
 mod instance;
 mod library;
+mod state;
 mod values;
 
 pub use environment::{Environment, LogLine};

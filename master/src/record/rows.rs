@@ -49,6 +49,10 @@ impl Rows {
                 },
             });
         }
+        for (name, _) in system.energies() {
+            heads.push(Column::real(format!("coupling.{name}.residual"), "J"));
+            heads.push(Column::real(format!("coupling.{name}.passed"), "J"));
+        }
         Ok(Self { writer: CsvWriter::create(folder, &heads)?, columns, schedules })
     }
 
@@ -57,7 +61,8 @@ impl Rows {
             return Ok(());
         }
         let values = self.columns.iter().map(|(id, slot)| value(system.watched(*id), *slot));
-        Ok(self.writer.row(system.clock().time(tick), values)?)
+        let energies = system.energies().flat_map(|(_, e)| [Value::Real(e.residual), Value::Real(e.passed)]);
+        Ok(self.writer.row(system.clock().time(tick), values.chain(energies))?)
     }
 
     pub fn finish(&mut self) -> Result<(), Failure> {

@@ -3,6 +3,7 @@
 //! nothing, so that an earlier run in the same folder stays as it is.
 
 mod display;
+mod energy;
 mod exit;
 mod host;
 mod report;
@@ -15,11 +16,12 @@ use std::time::Instant;
 use terramech_results::{Headline, LogWriter, Manifest, RunFolder, write_summary};
 
 use crate::check::plan::Plan;
-use crate::coupling::{Advance, Algorithm, Failure, Jacobi, System, assemble};
+use crate::coupling::{Advance, Failure, System, algorithm_of, assemble};
 use crate::loading::Environment;
 use crate::record::Recorder;
 
 pub use display::Display;
+pub use energy::BondEnergy;
 pub use exit::{ExitCode, code_of_failure};
 pub use report::{closing, tell};
 pub use stop::Stop;
@@ -67,6 +69,8 @@ pub struct Outcome {
     pub headlines: Vec<Headline>,
     /// The manifest as written.
     pub manifest: Manifest,
+    /// What each power bond has carried and what the coupling has added to it.
+    pub bonds: Vec<BondEnergy>,
     /// Remarks on what could not be recorded as wanted.
     pub remarks: Vec<String>,
     /// The folder.
@@ -118,7 +122,9 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
 
     // Where not even the start was reached there is nothing to average, and nothing to remark on.
     let recorder = state.recorder.as_ref().filter(|_| state.reached.is_some());
-    let headlines = recorder.map(Recorder::headlines).unwrap_or_default();
+    let mut headlines = recorder.map(Recorder::headlines).unwrap_or_default();
+    let bonds = state.system.as_ref().filter(|_| recorder.is_some()).map(energy::bonds).unwrap_or_default();
+    headlines.extend(bonds.iter().map(BondEnergy::headline));
     manifest.wall_seconds = begin.elapsed().as_secs_f64();
     manifest.simulated_seconds = state.reached.map_or(0.0, |t| t - plan.clock.start.to_f64());
     if let Some(system) = &state.system {
@@ -127,7 +133,7 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
     manifest.state = report::exit_state(&end);
     let mut remarks = recorder.map(|r| r.remarks().to_vec()).unwrap_or_default();
     if state.recorder.is_none() {
-        return Ok(Outcome { end, headlines, manifest, remarks, out: options.out.clone(), recorded: false });
+        return Ok(Outcome { end, headlines, manifest, bonds, remarks, out: options.out.clone(), recorded: false });
     }
     let written = write_summary(&folder, &headlines)
         .and_then(|()| manifest.write(&folder))
@@ -138,7 +144,7 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
             end = End::Failed(Failure::Results(e));
         }
     }
-    Ok(Outcome { end, headlines, manifest, remarks, out: options.out.clone(), recorded: true })
+    Ok(Outcome { end, headlines, manifest, bonds, remarks, out: options.out.clone(), recorded: true })
 }
 
 struct State {
@@ -162,7 +168,7 @@ impl State {
         let Some(system) = &mut self.system else { return Err(Failure::Environment("no units".into())) };
         let recorder = self.recorder.insert(Recorder::new(system, folder)?);
         let begin = Instant::now();
-        let mut algorithm = Jacobi;
+        let mut algorithm = algorithm_of(plan);
         host.running(plan.clock);
         let mut tick = 0;
         let end = loop {

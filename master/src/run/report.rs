@@ -111,8 +111,10 @@ pub fn closing(outcome: &Outcome) -> String {
     if m.simulated_seconds == 0.0 {
         return "nothing was simulated; ".into();
     }
-    let width = outcome.headlines.iter().map(|h| h.name.chars().count()).max().unwrap_or(0);
-    for h in &outcome.headlines {
+    // The last headlines are those of the power bonds, which have their own lines below.
+    let heads = &outcome.headlines[..outcome.headlines.len() - outcome.bonds.len()];
+    let width = heads.iter().map(|h| h.name.chars().count()).max().unwrap_or(0);
+    for h in heads {
         let _ = write!(text, "{:width$}  {} {}", h.name, short(h.value), h.unit);
         if let Some([from, to]) = h.window {
             let _ = write!(text, "  (mean, t = {from} to {to} s)");
@@ -122,7 +124,7 @@ pub fn closing(outcome: &Outcome) -> String {
         }
         text.push('\n');
     }
-    if !outcome.headlines.is_empty() {
+    if !heads.is_empty() {
         text.push('\n');
     }
     let _ = writeln!(
@@ -134,6 +136,9 @@ pub fn closing(outcome: &Outcome) -> String {
         duration(t.run_seconds),
         short(if t.run_seconds > 0.0 { m.simulated_seconds / t.run_seconds } else { 0.0 }),
     );
+    for bond in &outcome.bonds {
+        let _ = writeln!(text, "{}", bond.tell());
+    }
     let width = t.units.iter().map(|u| u.name.len()).max().unwrap_or(0).max("recording".len());
     let mut row = |name: &str, seconds: f64, share: f64, more: String| {
         let _ = writeln!(text, "  {name:width$}  {:>10}  {:5.1} %{more}", duration(seconds), 100.0 * share);
