@@ -36,7 +36,7 @@ fn main() -> Outcome<()> {
     }
     if !json {
         println!(
-            "grains  threads  Mgrain-steps/s  per processor s  contacts/grain  listed/grain  rebuilt every  bytes/grain"
+            "grains  threads  Mgrain-steps/s  per processor s  best slice  contacts/grain  listed/grain  rebuilt every  bytes/grain"
         );
     }
     for n in sizes {
@@ -69,12 +69,24 @@ fn bench(n: usize, threads: &[usize], beds: Option<&Path>, json: bool) -> Outcom
             [Body::new(Box::new(cylinder), 0)]
         };
         let x = -0.25 * length;
+        let h = engine.setup().step;
         engine.advance(1000, &mut wheel([x, 0.0, height + 0.4], 0.0, -0.5, 0.0))?;
         let mut bodies = wheel([x, 0.0, height + 0.38], 1.0, 0.0, 1.5 / 0.4);
         engine.advance(100, &mut bodies)?;
         let (before, steps) = (engine.state().rebuilds, (20_000_000 / n).clamp(50, 2000) as u32);
         let (start, cpu) = (Instant::now(), cpu_seconds());
-        engine.advance(steps, &mut bodies)?;
+        // In slices: the best of them is what the program can do where other work on the machine disturbs the mean.
+        let slices = 20.min(steps);
+        let mut best = 0.0_f64;
+        let mut done = 0;
+        for k in 1..=slices {
+            let now = steps * k / slices;
+            let before = cpu_seconds();
+            let mut bodies = wheel([x + f64::from(100 + done) * h, 0.0, height + 0.38], 1.0, 0.0, 1.5 / 0.4);
+            engine.advance(now - done, &mut bodies)?;
+            best = best.max(n as f64 * f64::from(now - done) / 1e6 / (cpu_seconds() - before));
+            done = now;
+        }
         let work = n as f64 * f64::from(steps) / 1e6;
         let (rate, per_cpu) = (work / start.elapsed().as_secs_f64(), work / (cpu_seconds() - cpu));
         let s = engine.state();
@@ -84,12 +96,12 @@ fn bench(n: usize, threads: &[usize], beds: Option<&Path>, json: bool) -> Outcom
         let bytes = engine.memory() as f64 / n as f64;
         if json {
             println!(
-                "{{\"grains\":{n},\"threads\":{threads},\"rate\":{rate:.4},\"per_cpu\":{per_cpu:.4},\
+                "{{\"grains\":{n},\"threads\":{threads},\"rate\":{rate:.4},\"per_cpu\":{per_cpu:.4},\"best\":{best:.4},\
                  \"contacts\":{contacts:.4},\"every\":{every:.2},\"bytes\":{bytes:.1}}}"
             );
         } else {
             println!(
-                "{n:6}  {threads:7}  {rate:14.2}  {per_cpu:15.2}  {contacts:14.2}  {listed:12.2}  {every:13.1}  {bytes:11.0}"
+                "{n:6}  {threads:7}  {rate:14.2}  {per_cpu:15.2}  {best:10.2}  {contacts:14.2}  {listed:12.2}  {every:13.1}  {bytes:11.0}"
             );
         }
     }
@@ -138,7 +150,7 @@ fn settled(n: usize, beds: Option<&Path>) -> Outcome<Vec<Grain>> {
 }
 
 /// The bed as a LAMMPS data file, `atom_style sphere`.
-fn lammps_data(n: usize, rows: &[[f64; 16]]) -> Outcome<String> {
+fn lammps_data(n: usize, rows: &[fmu_terrain::dem::grains::Row]) -> Outcome<String> {
     let (length, width) = base(n);
     let top = rows.iter().fold(0.0_f64, |m, r| m.max(r[2])) + 0.2;
     let mut text = format!("settled bed\n\n{n} atoms\n1 atom types\n\n");

@@ -12,7 +12,8 @@ pub fn unit_error(e: DemError, running: bool) -> UnitError {
         DemError::Parameter { .. } | DemError::StepTooLarge { .. } | DemError::Body { .. } => {
             UnitError::input(e.to_string())
         }
-        DemError::Interpenetration { .. } | DemError::Escaped { .. } if !running => UnitError::input(e.to_string()),
+        // A bed that cannot be made is the specification's fault: too soft a soil, too little time to settle.
+        _ if !running => UnitError::input(e.to_string()),
         _ => UnitError::numerical(e.to_string()),
     }
 }

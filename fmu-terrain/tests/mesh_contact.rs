@@ -308,7 +308,7 @@ fn balance(mesh: &TriangleMesh, rigid: bool, threads: usize) -> Vec<u64> {
     }
     assert!(touched > 200, "only {touched} steps touched");
     println!("steps with contact {touched}, second contacts {several}");
-    engine.state().rows.iter().flatten().map(|x| x.to_bits()).collect()
+    engine.state().rows.iter().flat_map(|r| r.0).map(f64::to_bits).collect()
 }
 
 #[test]

@@ -221,6 +221,49 @@ fn a_bed_from_a_file_is_the_bed_that_was_saved() {
 }
 
 #[test]
+fn a_place_where_no_bed_can_be_written_is_told_before_settling() {
+    let mut t = Terrain::new(SMALL, 1);
+    t.string("bed_save", "/no/such/folder/settled.bed");
+    t.begin().unwrap();
+    t.0.set_progress(Some(Box::new(|phase, _| panic!("{phase} has begun"))));
+    let e = t.0.exit_initialization().unwrap_err().message;
+    assert!(e.contains("bed_save /no/such/folder/settled.bed") && e.contains("cannot be written"), "{e}");
+}
+
+#[test]
+fn a_bed_that_cannot_settle_is_the_specifications_fault() {
+    let text = SMALL.replace("\"bed\": {", "\"bed\": {\"settle\": {\"most_time\": 0.06},");
+    let mut t = Terrain::new(&text, 1);
+    let e = t.start().unwrap_err();
+    assert!(e.contains("did not settle within 0.06"), "{e}");
+    // Input: the instance is as it was, and says the same again.
+    assert_eq!(t.0.exit_initialization().unwrap_err().message, e);
+}
+
+#[test]
+fn a_body_that_leaves_the_box_is_told_once_and_then_refused() {
+    let said = std::sync::Arc::new(std::sync::Mutex::new(Vec::new()));
+    let heard = said.clone();
+    let log = move |_: terramech_fmi2::LogCategory, text: &str| heard.lock().unwrap().push(text.to_string());
+    let mut t = Terrain(Instance::new(fmu_terrain::dem_p::model(), None, Box::new(log)));
+    t.string("specification", SMALL);
+    t.string("body[1].shape", "cylinder");
+    t.set("body[1].radius", 0.05);
+    t.set("body[1].width", 0.04);
+    t.xyz("body[1].position", [0.0, 0.0, 0.3]);
+    t.start().unwrap();
+    for (k, x) in [0.06, 0.08, 0.1].into_iter().enumerate() {
+        t.xyz("body[1].position", [x, 0.0, 0.3]);
+        t.step(k).unwrap();
+    }
+    let told: Vec<String> = said.lock().unwrap().iter().filter(|s| s.contains("over no soil")).cloned().collect();
+    assert!(told.len() == 1 && told[0].contains("body[1] is from x 0.0300 to 0.1300 m"), "{told:?}");
+    t.xyz("body[1].position", [0.2, 0.0, 0.3]);
+    let e = t.step(3).unwrap_err();
+    assert!(e.contains("has left the soil") && e.contains("bed.length"), "{e}");
+}
+
+#[test]
 fn faults_of_a_specification_are_told_at_once() {
     let text = r#"{"soil": {"density": -1, "friction": -2}, "bed": {"length": 0.001, "gravity": [0, 0, 1]},
         "bodies": {"surface": {"poisson_ratio": 0.7}}, "dem_p": {"skin": 7}, "scm": {"n": 0}}"#;

@@ -94,6 +94,8 @@ pub struct MeshReport {
     pub faults: Vec<MeshFault>,
     /// Edges that belong to one triangle only, in its direction, ascending.
     pub boundary_edges: Vec<[u32; 2]>,
+    /// Where the ends of the first of them are (m).
+    pub first_boundary: Option<[[f64; 3]; 2]>,
 }
 
 impl MeshReport {
@@ -118,7 +120,19 @@ impl fmt::Display for MeshReport {
             writeln!(f, "and {} more faults", self.faults.len() - SHOWN)?;
         }
         if !self.boundary_edges.is_empty() {
-            writeln!(f, "{} boundary edges, the first {:?}", self.boundary_edges.len(), self.boundary_edges[0])?;
+            let [a, b] = self.boundary_edges[0];
+            write!(
+                f,
+                "the mesh has a hole: {} boundary edges, which belong to one triangle only; the first is from vertex {} to vertex {} \
+                 (counted from 1, as in an OBJ file)",
+                self.boundary_edges.len(),
+                a + 1,
+                b + 1
+            )?;
+            match self.first_boundary {
+                Some([p, q]) => writeln!(f, ", from {p:?} to {q:?} m")?,
+                None => writeln!(f)?,
+            }
         }
         Ok(())
     }
@@ -193,7 +207,8 @@ impl TriangleMesh {
             }
         }
         boundary_edges.sort_unstable();
-        MeshReport { faults, boundary_edges }
+        let first_boundary = boundary_edges.first().map(|e| e.map(|k| self.vertices[k as usize]));
+        MeshReport { faults, boundary_edges, first_boundary }
     }
 
     /// Volume enclosed by a closed mesh (m3), positive if it is wound outward.
@@ -255,6 +270,8 @@ mod tests {
         let mut mesh = tetrahedron();
         mesh.triangles.pop();
         assert_eq!(mesh.check().boundary_edges, vec![[1, 3], [2, 1], [3, 2]]);
+        let text = mesh.check().to_string();
+        assert!(text.contains("vertex 2 to vertex 4") && text.contains("[0.0, 0.0, 1.0]"), "{text}");
         assert!(mesh.check().is_sound() && !mesh.check().is_closed());
         let mut mesh = tetrahedron();
         mesh.vertices.push([5.0; 3]);

@@ -1,5 +1,8 @@
 //! The one room for processor intrinsics: instruction sets chosen at run time, contact kernels, denormal mode.
 //!
+//! Also what a granular engine needs to be fast and cannot write safely itself: rows that begin at cache lines ([`Row`]), large
+//! memory pages, a sweep that reads ahead and writes behind ([`regions`]).
+//!
 //! [`Isa`] says which instruction path runs ([`Isa::chosen`]; the variable `TERRAMECH_ISA` pins it); [`contact`] holds
 //! the batch kernels.
 //!
@@ -23,8 +26,14 @@ mod denormal;
 mod dispatch;
 mod isa;
 mod lanes;
+mod large_pages;
+mod rows;
+mod wavefront;
 
 pub use denormal::FlushDenormals;
 pub use dispatch::{Kernel, active, dispatch};
 pub use isa::{Isa, VARIABLE as ISA_VARIABLE};
 pub use lanes::{Lanes, WIDTH};
+pub use large_pages::prefer_large_pages;
+pub use rows::{Force, Row, Slip};
+pub use wavefront::{Cut, Region, regions};

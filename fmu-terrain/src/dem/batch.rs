@@ -1,19 +1,19 @@
-//! Grain-grain contacts by the batch kernels of `crates/simd`, where there is one for the law and the processor.
+//! Grain-grain contacts by the batch kernels of `crates/simd`, where there is one for the law.
 //!
-//! They cover Hertz-Mindlin from properties with history, with or without rolling resistance and adhesion; everything
-//! else, walls and bodies, and every law on a processor without AVX2, runs in [`super::kernel`], which is also what
-//! they are tested against.
+//! They cover Hertz-Mindlin from properties with history, with or without rolling resistance and adhesion, on every
+//! instruction path; everything else, walls and bodies run in [`super::kernel`], which is also what they are tested
+//! against.
 
 use super::contact::Options;
 use super::engine::Setup;
-use super::grains::Row;
+use super::grains::{MATERIAL, Row};
 use super::law::hertz_mindlin::TWO_SQRT_5_6;
 use super::law::{Form, LawKind, Tangential};
 use super::material::{Pair, PairTable};
-use super::slab::{Scratch, Slab};
+use super::slab::{Near, Scratch, Slab};
 use std::f64::consts::PI;
 use terramech_simd::Isa;
-use terramech_simd::contact::{Batch, PairTerms, Terms, hertz_mindlin};
+use terramech_simd::contact::{List, Memories, PairTerms, Terms, hertz_mindlin};
 
 /// The kernel that a bed uses for its grain-grain contacts.
 #[derive(Clone, Debug)]
@@ -25,20 +25,24 @@ pub struct BatchKernel {
 
 impl BatchKernel {
     /// The kernel for a setup, if there is one.
-    pub fn of(setup: &Setup, pairs: &PairTable, isa: Isa) -> Option<Self> {
+    pub fn of(setup: &Setup, pairs: &PairTable, rows: &[Row], isa: Isa) -> Option<Self> {
         let covered = setup.law == LawKind::HertzMindlin
             && setup.form == Form::Properties
-            && setup.tangential == Tangential::History
-            && isa != Isa::Portable;
-        covered.then(|| Self {
-            isa,
-            pairs: pairs.all().iter().map(pair_terms).collect(),
-            materials: setup.materials.len(),
+            && setup.tangential == Tangential::History;
+        let first = rows.first().map_or(0.0, |r| r[MATERIAL]);
+        covered.then(|| {
+            // Grains of one kind, whatever walls and bodies are made of: no pair needs to look up what it is.
+            if rows.iter().all(|r| r[MATERIAL] == first) {
+                let k = first as usize;
+                Self { isa, pairs: vec![pair_terms(pairs.get(k, k))], materials: 1 }
+            } else {
+                Self { isa, pairs: pairs.all().iter().map(pair_terms).collect(), materials: setup.materials.len() }
+            }
         })
     }
 
-    /// All pairs of a slab; loads are added to the scratch forces.
-    pub fn run(&self, rows: &[Row], o: &Options, slab: &mut Slab, scratch: &mut Scratch) {
+    /// All pairs of a slab, `rows` its grains and halo; loads are added to the scratch forces.
+    pub fn run(&self, rows: &[Row], o: &Options, slab: &mut Slab, near: &mut Near, scratch: &mut Scratch) {
         let terms = Terms {
             pairs: &self.pairs,
             materials: self.materials,
@@ -50,17 +54,13 @@ impl BatchKernel {
             adhesion_per_overlap: o.adhesion_per_overlap,
             rolling_damping: o.rolling_damping,
         };
-        let mut batch = Batch {
-            rows,
-            owner: &slab.owner,
-            other: &slab.other,
-            slip: &mut slab.slip,
-            roll: &mut slab.roll,
-            first: slab.first as usize,
-            force: &mut scratch.force,
-        };
-        let done = hertz_mindlin(self.isa, &terms, &mut batch);
-        debug_assert!(done, "made for a path that has a kernel");
+        let mut memories = Memories { slip: &mut slab.slip, roll: &mut slab.roll };
+        if near.slack < 0.0 {
+            let list = List { rows, first: slab.first as usize, owner: &slab.owner, other: &slab.other };
+            near.active.select(self.isa, &list, &mut memories, o.margin);
+            near.slack = o.margin;
+        }
+        hertz_mindlin(self.isa, &terms, &near.active, rows, &mut memories, &mut scratch.force);
     }
 }
 

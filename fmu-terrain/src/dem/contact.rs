@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 
 /// Memory of a touching pair: tangential displacement u (m) and, fourth, how far adhesion has grown (0 exclusive to 1);
 /// all zero while the pair does not touch.
-pub type Slip = [f64; 4];
+pub use terramech_simd::Slip;
 
 /// Memory of a touching pair: relative rotation rho (rad).
 pub type Roll = [f64; 3];
@@ -45,6 +45,8 @@ pub struct Options {
     pub adhesion_per_overlap: f64,
     /// eta, damping ratio of rolling and spinning.
     pub rolling_damping: f64,
+    /// Pairs that are closer than touching and this (m) are looked at between two selections ([`super::slab::Near`]).
+    pub margin: f64,
 }
 
 /// Kinematics of a contact of grain i with something (j).

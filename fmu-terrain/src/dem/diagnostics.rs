@@ -2,7 +2,7 @@
 
 use super::contact::{Load, Slip, Touch};
 use super::engine::Setup;
-use super::grains::MATERIAL;
+use super::grains::{MATERIAL, Row};
 use super::kernel::{Observer, Partner, World};
 use super::law::{LawKind, terms_of};
 use super::vec3::{Vec3, add_scaled, dot, scale};
@@ -23,6 +23,7 @@ pub struct Touched {
 
 pub(super) struct Show<'a> {
     pub world: &'a World<'a>,
+    pub rows: &'a [Row],
     pub setup: &'a Setup,
     pub to: &'a mut dyn FnMut(usize, Partner, &Touched),
 }
@@ -30,7 +31,7 @@ pub(super) struct Show<'a> {
 impl Observer for Show<'_> {
     fn contact(&mut self, i: usize, partner: Partner, touch: &Touch, load: &Load, slip: &Slip) {
         let w = self.world;
-        let material = |i: usize| w.rows[i][MATERIAL] as usize;
+        let material = |i: usize| self.rows[i][MATERIAL] as usize;
         let other = match partner {
             Partner::Grain(j) => material(j),
             Partner::Wall(k) => w.walls[k].material,

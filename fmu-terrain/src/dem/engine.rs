@@ -1,26 +1,24 @@
 //! The engine: what a bed is made of, and how a step goes.
 //!
-//! A step: rebuild the lists if some grain has moved too far; move the bodies to this step's time; all contacts, slab by
-//! slab; sum what the grains did to bodies and walls, in slab order; integrate (semi-implicit Euler), slab by slab. Two
-//! parallel phases, two barriers. See [`super::slab`] for why no thread count changes a bit.
+//! `step.rs` says how a step goes, [`super::slab`] why no thread count changes a bit.
 
 use super::batch::BatchKernel;
 use super::body::Body;
 use super::contact::Options;
-use super::diagnostics::{Show, Touched};
+use super::diagnostics::Touched;
 use super::error::DemError;
-use super::grains::{DemState, Grain, INV_I, INV_M, R, Row, V, W, X0};
-use super::kernel::{Partner, World, contacts};
-use super::law::{Form, LawKind, Tangential, dispatch_law};
+use super::grains::{DemState, Grain, R};
+use super::kernel::Partner;
+use super::law::{Form, LawKind, Tangential};
 use super::limits;
 use super::material::{Material, PairOverride, PairTable};
 use super::rebuild::rebuild;
-use super::slab::{Scratch, Slab};
+use super::slab::{Near, Scratch};
 use super::team::Team;
 use super::vec3::Vec3;
 use super::wall::Wall;
 use std::sync::Arc;
-use terramech_simd::{ISA_VARIABLE, Isa};
+use terramech_simd::{ISA_VARIABLE, Isa, prefer_large_pages};
 
 /// What a bed is made of and how it is computed: constant during a run, not part of the state.
 #[derive(Clone, Debug)]
@@ -110,18 +108,35 @@ pub trait GrainEngine: Send {
 
 /// The engine for one process: slabs over threads.
 pub struct CpuEngine {
-    setup: Setup,
-    pairs: PairTable,
-    rolling: bool,
+    pub(super) setup: Setup,
+    pub(super) pairs: PairTable,
+    pub(super) rolling: bool,
     isa: Isa,
-    batch: Option<BatchKernel>,
-    state: DemState,
-    scratch: Vec<Scratch>,
-    team: Arc<Team>,
+    pub(super) batch: Option<BatchKernel>,
+    pub(super) state: DemState,
+    /// Of each region of a step.
+    pub(super) scratch: Vec<Scratch>,
+    /// Of each slab.
+    pub(super) near: Vec<Near>,
+    /// The skin of the lists (m).
+    pub(super) skin: f64,
+    pub(super) team: Arc<Team>,
 }
 
 /// Advice when grains end up where they should not.
-const HINT: &str = "the step or the speeds are too large, or the material is too soft";
+pub(super) const HINT: &str = "the step or the speeds are too large, or the material is too soft";
+
+/// Margin of the pairs that are looked at ([`Near`]), as a fraction of the skin.
+const MARGIN: f64 = 0.25;
+
+/// The skin (m). The mean radius is summed in integers: the same bits in whatever order the grains lie, since an engine
+/// that goes on from a saved state finds them in another one than the engine that made them.
+fn skin(setup: &Setup, state: &DemState) -> f64 {
+    const ONE: f64 = (1_u64 << 32) as f64;
+    let largest = state.rows.iter().fold(f64::MIN_POSITIVE, |m, r| m.max(r[R]));
+    let sum: u64 = state.rows.iter().map(|r| (r[R] / largest * ONE) as u64).sum();
+    setup.skin * largest * (sum as f64 / ONE / state.rows.len().max(1) as f64)
+}
 
 impl CpuEngine {
     /// A bed of these grains.
@@ -157,9 +172,11 @@ impl CpuEngine {
             let given = std::env::var(ISA_VARIABLE).unwrap_or_default();
             DemError::parameter(ISA_VARIABLE, given, why)
         })?;
-        let batch = BatchKernel::of(&setup, &pairs, isa);
+        let batch = BatchKernel::of(&setup, &pairs, &state.rows, isa);
+        prefer_large_pages(&state.rows);
         let team = Arc::new(Team::new(threads)?);
-        Ok(Self { pairs, rolling, isa, batch, setup, state, scratch: Vec::new(), team })
+        let skin = skin(&setup, &state);
+        Ok(Self { pairs, rolling, isa, batch, setup, state, scratch: Vec::new(), near: Vec::new(), skin, team })
     }
 
     /// The instruction path that contacts are computed on.
@@ -176,8 +193,14 @@ impl CpuEngine {
             return Err(DemError::parameter("instruction path", isa.name(), format!("{} here", Isa::widest())));
         }
         self.isa = isa;
-        self.batch = BatchKernel::of(&self.setup, &self.pairs, isa);
+        self.batch = BatchKernel::of(&self.setup, &self.pairs, &self.state.rows, isa);
         Ok(())
+    }
+
+    /// Computes grain-grain contacts one at a time from now on, as every law and form without a batch kernel does: what the batch
+    /// kernels are tested against.
+    pub fn use_reference_kernel(&mut self) {
+        self.batch = None;
     }
 
     /// Whether any pair of materials adheres.
@@ -207,6 +230,10 @@ impl CpuEngine {
         self.rolling = self.pairs.any_rolling();
         self.state.stale |= self.rolling && self.state.slabs.iter().any(|s| s.roll.len() != s.other.len());
         self.setup = setup;
+        self.skin = skin(&self.setup, &self.state);
+        if self.batch.is_some() {
+            self.batch = BatchKernel::of(&self.setup, &self.pairs, &self.state.rows, self.isa);
+        }
         Ok(())
     }
 
@@ -229,22 +256,16 @@ impl CpuEngine {
 
     /// Memory held for state and scratch (bytes).
     pub fn memory(&self) -> usize {
-        self.state.memory() + self.scratch.iter().map(Scratch::memory).sum::<usize>()
+        let near: usize = self.near.iter().map(|n| n.active.memory()).sum();
+        self.state.memory() + self.scratch.iter().map(Scratch::memory).sum::<usize>() + near
     }
 
-    fn rebuild(&mut self, hint: &'static str) -> Result<(), DemError> {
-        let skin = self.skin();
-        rebuild(&mut self.state, skin, &self.setup.walls, self.rolling, &self.team, hint)
+    pub(super) fn rebuild(&mut self, hint: &'static str) -> Result<(), DemError> {
+        self.near.clear();
+        rebuild(&mut self.state, self.skin, &self.setup.walls, self.rolling, &self.team, hint)
     }
 
-    /// The skin (m).
-    pub fn skin(&self) -> f64 {
-        let rows = &self.state.rows;
-        let mean = rows.iter().map(|r| r[R]).sum::<f64>() / rows.len().max(1) as f64;
-        self.setup.skin * mean
-    }
-
-    fn options(&self) -> Options {
+    pub(super) fn options(&self) -> Options {
         let s = &self.setup;
         let inverse = |x: f64| if x > 0.0 { 1.0 / x } else { f64::INFINITY };
         Options {
@@ -256,143 +277,9 @@ impl CpuEngine {
             adhesion_growth: (s.step * inverse(s.adhesion_time)).min(1.0),
             adhesion_per_overlap: inverse(s.adhesion_overlap),
             rolling_damping: s.rolling_damping,
+            margin: MARGIN * self.skin,
         }
     }
-
-    fn step(&mut self, t: f64, skin: f64, bodies: &mut [Body], last: bool) -> Result<(), DemError> {
-        if self.state.stale {
-            self.rebuild(HINT)?;
-        }
-        for b in &mut *bodies {
-            b.shape.move_to(t);
-            b.force = [0.0; 3];
-        }
-        let options = self.options();
-        let state = &mut self.state;
-        self.scratch.resize_with(state.slabs.len(), Scratch::default);
-        let world = World {
-            rows: &state.rows,
-            pairs: &self.pairs,
-            walls: &self.setup.walls,
-            bodies: &*bodies,
-            batch: self.batch.as_ref(),
-            options,
-        };
-        run_contacts(&self.setup, self.rolling, &world, &self.team, &mut state.slabs, &mut self.scratch);
-
-        state.wall_force.fill([0.0; 3]);
-        for s in &self.scratch {
-            for (sum, f) in state.wall_force.iter_mut().zip(&s.wall_force) {
-                *sum = super::vec3::add(*sum, *f);
-            }
-            for load in &s.body_loads {
-                state.body_work += bodies[load.body as usize].apply(load, options.h);
-            }
-        }
-        self.integrate(options.h, 0.5 * skin, last);
-        self.state.steps += 1;
-        self.state.time += options.h;
-        Ok(())
-    }
-
-    fn integrate(&mut self, h: f64, reach: f64, keep_force: bool) {
-        let gravity = self.setup.gravity;
-        let state = &mut self.state;
-        // Own force first, then the previous slab's halo: the canonical order of sums.
-        let (forces, mut moved): (Vec<_>, Vec<_>) =
-            self.scratch.iter_mut().map(|s| (std::mem::take(&mut s.force), false)).unzip();
-        let mut parts = Vec::with_capacity(state.slabs.len());
-        let (mut rows, mut kept) = (&mut state.rows[..], &mut state.force[..]);
-        for s in &state.slabs {
-            let (part, rest) = rows.split_at_mut(s.grains().len());
-            let (force, rest_force) = kept.split_at_mut(part.len());
-            parts.push((part, force));
-            (rows, kept) = (rest, rest_force);
-        }
-        let forces_ref = &forces;
-        self.team.each(&mut parts, &mut moved, |k, (rows, kept), moved| {
-            let halo = match k.checked_sub(1) {
-                Some(before) => &forces_ref[before][..],
-                None => &[],
-            };
-            // The previous slab's buffer: its own grains, then its halo, which are this slab's first grains.
-            let own_before = if k > 0 { state.slabs[k - 1].grains().len() } else { 0 };
-            let halo = if halo.is_empty() { halo } else { &halo[own_before..] };
-            *moved = integrate_slab(rows, &forces_ref[k], halo, h, gravity, reach);
-            if keep_force {
-                for (i, f) in kept.iter_mut().enumerate() {
-                    let (a, b) = (&forces_ref[k][i], halo.get(i).copied().unwrap_or_default());
-                    *f = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-                }
-            }
-        });
-        state.stale = moved.contains(&true);
-        for (s, force) in self.scratch.iter_mut().zip(forces) {
-            s.force = force;
-        }
-    }
-
-    /// Kinetic, potential (in gravity) and elastic energy (J).
-    pub fn energy(&self, bodies: &[Body]) -> f64 {
-        let g = self.setup.gravity;
-        let potential: f64 = self
-            .state
-            .rows
-            .iter()
-            .filter(|r| r[INV_M] > 0.0)
-            .map(|r| -(g[0] * r[0] + g[1] * r[1] + g[2] * r[2]) / r[INV_M])
-            .sum();
-        let mut elastic = 0.0;
-        self.observe(bodies, &mut |_, _, c| elastic += c.energy);
-        self.state.kinetic_energy() + potential + elastic
-    }
-
-    /// Energy turned into heat since the account was opened (J): work of the bodies less the change of kinetic,
-    /// potential and elastic energy. It holds the integrator's own error too, and 0 before an account is open.
-    pub fn dissipated(&self, bodies: &[Body]) -> f64 {
-        match self.state.energy_account {
-            Some([energy, work]) => (self.state.body_work - work) - (self.energy(bodies) - energy),
-            None => 0.0,
-        }
-    }
-}
-
-fn run_contacts(setup: &Setup, rolling: bool, world: &World, team: &Team, slabs: &mut [Slab], scratch: &mut [Scratch]) {
-    dispatch_law!(setup.law, setup.form, law => {
-        if rolling {
-            team.each(slabs, scratch, |_, slab, scratch| contacts::<_, true>(law, world, slab, scratch, &mut ()));
-        } else {
-            team.each(slabs, scratch, |_, slab, scratch| contacts::<_, false>(law, world, slab, scratch, &mut ()));
-        }
-    });
-}
-
-/// Moves the grains of a slab; whether one of them is further than `reach` from where the lists were made.
-fn integrate_slab(rows: &mut [Row], own: &[[f64; 8]], halo: &[[f64; 8]], h: f64, g: Vec3, reach: f64) -> bool {
-    let reach2 = reach * reach;
-    let mut moved = false;
-    for (i, row) in rows.iter_mut().enumerate() {
-        let mut f = own[i];
-        if let Some(more) = halo.get(i) {
-            for c in 0..8 {
-                f[c] += more[c];
-            }
-        }
-        if row[INV_M] == 0.0 {
-            continue;
-        }
-        let mut d2 = 0.0;
-        for c in 0..3 {
-            row[V + c] += h * (f[c] * row[INV_M] + g[c]);
-            row[c] += h * row[V + c];
-            row[W + c] += h * (f[4 + c] * row[INV_I]);
-            let d = row[c] - row[X0 + c];
-            d2 += d * d;
-        }
-        // NaN counts as moved: the rebuild then names the grain.
-        moved |= d2 > reach2 || d2.is_nan();
-    }
-    moved
 }
 
 impl GrainEngine for CpuEngine {
@@ -401,10 +288,9 @@ impl GrainEngine for CpuEngine {
     }
 
     fn advance(&mut self, steps: u32, bodies: &mut [Body]) -> Result<(), DemError> {
-        let skin = self.skin();
         let team = Arc::clone(&self.team);
         let h = self.setup.step;
-        team.enter(|| (0..steps).try_for_each(|k| self.step(f64::from(k) * h, skin, bodies, k + 1 == steps)))
+        team.enter(|| (0..steps).try_for_each(|k| self.step(f64::from(k) * h, bodies, k + 1 == steps)))
     }
 
     fn state(&self) -> &DemState {
@@ -412,6 +298,8 @@ impl GrainEngine for CpuEngine {
     }
 
     fn restore(&mut self, state: DemState) {
+        self.near.clear();
+        self.skin = skin(&self.setup, &state);
         self.state = state;
     }
 
@@ -420,24 +308,7 @@ impl GrainEngine for CpuEngine {
     }
 
     fn observe(&self, bodies: &[Body], observer: &mut dyn FnMut(usize, Partner, &Touched)) {
-        let mut options = self.options();
-        (options.h, options.adhesion_growth) = (0.0, 0.0);
-        let state = &self.state;
-        // No batch kernel: it shows its contacts to nobody.
-        let (rows, walls) = (&state.rows, &self.setup.walls);
-        let world = World { rows, pairs: &self.pairs, walls, bodies, batch: None, options };
-        let mut show = Show { world: &world, setup: &self.setup, to: observer };
-        for slab in &state.slabs {
-            let mut slab = slab.clone();
-            let mut scratch = Scratch::default();
-            dispatch_law!(self.setup.law, self.setup.form, law => {
-                if self.rolling {
-                    contacts::<_, true>(law, &world, &mut slab, &mut scratch, &mut show);
-                } else {
-                    contacts::<_, false>(law, &world, &mut slab, &mut scratch, &mut show);
-                }
-            });
-        }
+        self.show_contacts(bodies, observer);
     }
 
     fn open_energy_account(&mut self) {

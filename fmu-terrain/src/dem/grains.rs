@@ -1,7 +1,7 @@
 //! Grains as rows of 16 reals, and the whole state of a bed.
 //!
-//! One row is two cache lines: all that a contact reads of a grain comes in one piece, and a later vector kernel can
-//! load and transpose rows without gathers. Rows lie in *canonical order*: by cell of the neighbour grid, x slowest,
+//! One row is two cache lines, and begins where one does: all that a contact reads of a grain comes in one piece, and the
+//! vector kernels load and transpose rows without gathers. Rows lie in *canonical order*: by cell of the neighbour grid, x slowest,
 //! then by grain number. The order follows from the state alone (positions at the last rebuild), never from threads.
 
 use super::grid::Grid;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// A grain: position (0-2), radius (3), velocity (4-6), 1/mass (7), angular velocity (8-10), material (11), position
 /// at the last rebuild (12-14), 1/moment of inertia (15). A fixed grain has 1/mass = 0.
-pub type Row = [f64; 16];
+pub use terramech_simd::Row;
 
 /// Radius (m).
 pub const R: usize = 3;
@@ -72,7 +72,7 @@ impl Grain {
         let inv_m = if self.fixed { 0.0 } else { 1.0 / mass };
         let [x, v, w] = [self.position, self.velocity, self.angular_velocity];
         let inv_i = inv_m * 2.5 / (self.radius * self.radius);
-        [
+        Row([
             x[0],
             x[1],
             x[2],
@@ -89,7 +89,7 @@ impl Grain {
             x[1],
             x[2],
             inv_i,
-        ]
+        ])
     }
 }
 
@@ -168,7 +168,7 @@ impl DemState {
         for s in &self.slabs {
             h.word(u64::from(s.first));
             s.other.iter().for_each(|&j| h.word(u64::from(j)));
-            s.slip.iter().flatten().for_each(|x| h.word(x.to_bits()));
+            s.slip.iter().flat_map(|s| s.0).for_each(|x: f64| h.word(x.to_bits()));
             s.roll.iter().flatten().for_each(|x| h.word(x.to_bits()));
             for w in &s.walls {
                 h.word(u64::from(w.grain));

@@ -5,6 +5,7 @@
 //! kernel: Morton order is 15 % slower and rules slabs out.)
 
 use super::grains::Row;
+use super::team::Team;
 use super::vec3::Vec3;
 use serde::{Deserialize, Serialize};
 
@@ -21,17 +22,11 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid around the grains, cells of at least `size`. Far outliers do not stretch it: where the box around all
-    /// would need many more cells than there are grains, it ends four standard deviations from the mean.
-    pub fn around(rows: &[Row], size: f64) -> Self {
+    /// A grid around grains within the box from `low` to `high`, cells of at least `size`. Far outliers do not stretch it:
+    /// where the box would need many more cells than there are grains, it ends four standard deviations from the mean.
+    pub fn around(rows: &[Row], low: Vec3, high: Vec3, size: f64) -> Self {
         let most = 8 * rows.len() + 4096;
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for r in rows {
-            for k in 0..3 {
-                low[k] = low[k].min(r[k]);
-                high[k] = high[k].max(r[k]);
-            }
-        }
+        let (mut low, mut high) = (low, high);
         if Self::over(low, high, size).cells() > most {
             let count = rows.len() as f64;
             for k in 0..3 {
@@ -89,8 +84,15 @@ pub struct Sorted {
 }
 
 /// Counting sort by cell, then by grain number within a cell.
-pub fn sort(grid: &Grid, rows: &[Row], ids: &[u32]) -> Sorted {
-    let cell: Vec<u32> = rows.iter().map(|r| grid.index(grid.place(&r[..3])) as u32).collect();
+pub fn sort(grid: &Grid, rows: &[Row], ids: &[u32], team: &Team) -> Sorted {
+    const CHUNK: usize = 2048;
+    let mut cell = vec![0_u32; rows.len()];
+    let chunks: Vec<_> = cell.chunks_mut(CHUNK).zip(rows.chunks(CHUNK)).collect();
+    team.each(chunks, |(cell, rows)| {
+        for (c, r) in cell.iter_mut().zip(rows) {
+            *c = grid.index(grid.place(&r[..3])) as u32;
+        }
+    });
     let mut start = vec![0_u32; grid.cells() + 1];
     for &c in &cell {
         start[c as usize + 1] += 1;
@@ -98,15 +100,17 @@ pub fn sort(grid: &Grid, rows: &[Row], ids: &[u32]) -> Sorted {
     for c in 1..start.len() {
         start[c] += start[c - 1];
     }
-    let mut next = start.clone();
+    // Each start moves on as its cell fills, up to where the next one's began.
     let mut order = vec![0_u32; rows.len()];
     for (i, &c) in cell.iter().enumerate() {
-        let at = &mut next[c as usize];
+        let at = &mut start[c as usize];
         order[*at as usize] = i as u32;
         *at += 1;
     }
-    for c in 0..grid.cells() {
-        let cell = &mut order[start[c] as usize..start[c + 1] as usize];
+    start.copy_within(0..grid.cells(), 1);
+    start[0] = 0;
+    for c in start.windows(2) {
+        let cell = &mut order[c[0] as usize..c[1] as usize];
         if cell.len() > 1 {
             cell.sort_unstable_by_key(|&i| ids[i as usize]);
         }
@@ -119,7 +123,7 @@ mod tests {
     use super::*;
 
     fn row(x: f64, y: f64, z: f64) -> Row {
-        let mut r = [0.0; 16];
+        let mut r = Row::default();
         r[..3].copy_from_slice(&[x, y, z]);
         r
     }
@@ -129,7 +133,7 @@ mod tests {
         let mut rows: Vec<Row> =
             (0..1000).map(|i| row(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100))).collect();
         rows.push(row(1e7, 0.0, 0.0));
-        let grid = Grid::around(&rows, 1.0);
+        let grid = Grid::around(&rows, [0.0; 3], [1e7, 9.0, 9.0], 1.0);
         assert!(grid.cells() <= 8 * rows.len() + 4096);
         assert_eq!(grid.place(&rows[1000][..3])[0], grid.n[0] - 1);
     }
@@ -137,9 +141,9 @@ mod tests {
     #[test]
     fn the_order_depends_on_positions_and_numbers_alone() {
         let rows = [row(2.5, 0.1, 0.1), row(0.1, 0.1, 0.1), row(0.2, 0.2, 0.2)];
-        let grid = Grid::around(&rows, 1.0);
-        assert_eq!(sort(&grid, &rows, &[5, 9, 7]).order, [2, 1, 0]);
+        let (grid, team) = (Grid::around(&rows, [0.1; 3], [2.5, 0.2, 0.2], 1.0), Team::new(1).unwrap());
+        assert_eq!(sort(&grid, &rows, &[5, 9, 7], &team).order, [2, 1, 0]);
         let turned = [rows[2], rows[0], rows[1]];
-        assert_eq!(sort(&grid, &turned, &[7, 5, 9]).order, [0, 2, 1]);
+        assert_eq!(sort(&grid, &turned, &[7, 5, 9], &team).order, [0, 2, 1]);
     }
 }

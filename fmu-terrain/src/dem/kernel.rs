@@ -1,20 +1,19 @@
-//! The contact kernels of one slab: grain-grain, grain-wall, grain-body. Scalar and portable; the reference for the
-//! vector kernel of [`super::batch`].
+//! The contact kernels of one slab: grain-grain, grain-wall, grain-body. One at a time; the reference for the
+//! kernels of [`super::batch`].
 
 use super::body::{Body, BodyLoad, BodyTouch};
 use super::contact::{Load, Options, Roll, Slip, Touch, evaluate};
 use super::grains::{INV_M, MATERIAL, R, Row, V, W, vec_at};
 use super::law::Law;
 use super::material::PairTable;
-use super::slab::{BodyPair, Scratch, Slab};
+use super::slab::{BodyPair, Near, Scratch, Slab};
 use super::vec3::{Vec3, add, add_scaled, cross, dot, reject, scale, sub};
 use super::wall::Wall;
 use crate::mesh::inherited;
+use terramech_simd::Force;
 
 /// All that the kernels read.
 pub struct World<'a> {
-    /// All grains.
-    pub rows: &'a [Row],
     /// Materials in pairs.
     pub pairs: &'a PairTable,
     /// Walls.
@@ -49,36 +48,39 @@ pub enum Partner {
     Body(usize),
 }
 
-/// All contacts of a slab.
+/// All contacts of a slab; `rows` are its grains and those of its halo. Forces and moments are in `scratch.force`, in the
+/// same order; loads on bodies and walls are appended.
 pub fn contacts<L: Law, const ROLL: bool>(
     law: L,
     world: &World,
+    rows: &[Row],
     slab: &mut Slab,
+    near: &mut Near,
     scratch: &mut Scratch,
     observer: &mut impl Observer,
 ) {
     scratch.force.clear();
-    scratch.force.resize((slab.halo - slab.first) as usize, [0.0; 8]);
+    scratch.force.resize((slab.halo - slab.first) as usize, Force::default());
     match world.batch {
-        Some(batch) => batch.run(world.rows, &world.options, slab, scratch),
-        None => grain_grain::<L, ROLL>(law, world, slab, scratch, observer),
+        Some(batch) => batch.run(rows, &world.options, slab, near, scratch),
+        None => grain_grain::<L, ROLL>(law, world, rows, slab, scratch, observer),
     }
-    grain_wall::<L, ROLL>(law, world, slab, scratch, observer);
-    grain_body::<L, ROLL>(law, world, slab, scratch, observer);
+    grain_wall::<L, ROLL>(law, world, rows, slab, scratch, observer);
+    grain_body::<L, ROLL>(law, world, rows, slab, scratch, observer);
 }
 
 fn grain_grain<L: Law, const ROLL: bool>(
     law: L,
     world: &World,
+    rows: &[Row],
     slab: &mut Slab,
     scratch: &mut Scratch,
     observer: &mut impl Observer,
 ) {
     let first = slab.first as usize;
-    let rows = world.rows;
     let force = &mut scratch.force[..];
     for i in slab.grains() {
-        let a = &rows[i];
+        let a = &rows[i - first];
         let (xa, va, wa) = (vec_at(a, 0), vec_at(a, V), vec_at(a, W));
         let (mut fa, mut ta) = ([0.0; 3], [0.0; 3]);
         let k = i - first;
@@ -87,7 +89,7 @@ fn grain_grain<L: Law, const ROLL: bool>(
         let slips = &mut slab.slip[list.clone()];
         for (p, (&j, slip)) in others.iter().zip(slips).enumerate() {
             let j = j as usize;
-            let b = &rows[j];
+            let b = &rows[j - first];
             let d = sub(xa, vec_at(b, 0));
             let d2 = dot(d, d);
             let reach = a[R] + b[R];
@@ -143,7 +145,7 @@ fn grain_grain<L: Law, const ROLL: bool>(
 }
 
 #[inline(always)]
-fn add_to(o: &mut [f64; 8], f: Vec3, t: Vec3) {
+fn add_to(o: &mut Force, f: Vec3, t: Vec3) {
     for c in 0..3 {
         o[c] += f[c];
         o[4 + c] += t[c];
@@ -173,14 +175,15 @@ fn against(row: &Row, n: Vec3, delta: f64, lever: Vec3, v_j: Vec3, w_j: Vec3) ->
 fn grain_wall<L: Law, const ROLL: bool>(
     law: L,
     world: &World,
+    rows: &[Row],
     slab: &mut Slab,
     scratch: &mut Scratch,
     observer: &mut impl Observer,
 ) {
-    scratch.wall_force.clear();
-    scratch.wall_force.resize(world.walls.len(), [0.0; 3]);
+    let totals = scratch.wall_force.len();
+    scratch.wall_force.resize(totals + world.walls.len(), [0.0; 3]);
     for pair in &mut slab.walls {
-        let row = &world.rows[pair.grain as usize];
+        let row = &rows[(pair.grain - slab.first) as usize];
         let wall = &world.walls[pair.wall as usize];
         let distance = wall.distance(row);
         let delta = row[R] - distance;
@@ -198,7 +201,7 @@ fn grain_wall<L: Law, const ROLL: bool>(
         let f = add_scaled(load.tangential, load.normal, n);
         let t = add(cross(lever, f), load.couple);
         add_to(&mut scratch.force[(pair.grain - slab.first) as usize], f, t);
-        let total = &mut scratch.wall_force[pair.wall as usize];
+        let total = &mut scratch.wall_force[totals + pair.wall as usize];
         *total = sub(*total, f);
     }
 }
@@ -206,11 +209,11 @@ fn grain_wall<L: Law, const ROLL: bool>(
 fn grain_body<L: Law, const ROLL: bool>(
     law: L,
     world: &World,
+    rows: &[Row],
     slab: &mut Slab,
     scratch: &mut Scratch,
     observer: &mut impl Observer,
 ) {
-    scratch.body_loads.clear();
     scratch.body_pairs.clear();
     if world.bodies.is_empty() {
         slab.bodies.clear();
@@ -219,12 +222,13 @@ fn grain_body<L: Law, const ROLL: bool>(
     let mut touches = Vec::new();
     let mut known = &slab.bodies[..];
     for (b, body) in world.bodies.iter().enumerate() {
-        let [low, high] = body.shape.bounds();
-        if low[0] > slab.extent[1] || high[0] < slab.extent[0] {
+        let bounds = body.shape.bounds();
+        if !may_touch(&bounds, slab) {
             continue;
         }
+        let [low, high] = bounds;
         for i in slab.grains() {
-            let row = &world.rows[i];
+            let row = &rows[i - slab.first as usize];
             let r = row[R];
             let inside = (0..3).all(|k| row[k] + r > low[k] && row[k] - r < high[k]);
             if !inside || row[INV_M] == 0.0 {
@@ -238,12 +242,17 @@ fn grain_body<L: Law, const ROLL: bool>(
             let key = (b as u32, i as u32);
             let from = known.partition_point(|p| (p.body, p.grain) < key);
             let to = from + known[from..].iter().take_while(|p| (p.body, p.grain) == key).count();
-            let (f, t) = body_loads::<L, ROLL>(law, world, key, &touches, &known[from..to], scratch, observer);
+            let (f, t) = body_loads::<L, ROLL>(law, world, row, key, &touches, &known[from..to], scratch, observer);
             known = &known[to..];
             add_to(&mut scratch.force[i - slab.first as usize], f, t);
         }
     }
     std::mem::swap(&mut slab.bodies, &mut scratch.body_pairs);
+}
+
+/// Whether a body within these bounds may touch grains of a slab.
+pub(super) fn may_touch([low, high]: &[Vec3; 2], slab: &Slab) -> bool {
+    low[0] <= slab.extent[1] && high[0] >= slab.extent[0]
 }
 
 /// The contacts of one grain with one body; force and torque on the grain.
@@ -254,20 +263,20 @@ fn grain_body<L: Law, const ROLL: bool>(
 fn body_loads<L: Law, const ROLL: bool>(
     law: L,
     world: &World,
+    row: &Row,
     (body, grain): (u32, u32),
     touches: &[BodyTouch],
     old: &[BodyPair],
     scratch: &mut Scratch,
     observer: &mut impl Observer,
 ) -> (Vec3, Vec3) {
-    let row = &world.rows[grain as usize];
     let material = world.pairs.get(row[MATERIAL] as usize, world.bodies[body as usize].material);
     let (mut f_sum, mut t_sum) = ([0.0; 3], [0.0; 3]);
     for at in touches {
         let mut pair = BodyPair { body, grain, normal: at.normal, slip: Slip::default(), roll: Roll::default() };
         if let Some((k, kept)) = inherited(at.normal, old.iter().map(|p| p.normal)) {
             let from = &old[k];
-            pair.slip = from.slip.map(|u| kept * u);
+            pair.slip = Slip(from.slip.map(|u| kept * u));
             pair.roll = scale(kept, from.roll);
         }
         // How far adhesion has grown is the pair's too.

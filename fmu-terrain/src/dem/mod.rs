@@ -20,7 +20,8 @@
 //! | [`grid`], [`rebuild`](mod@rebuild), [`slab`] | sort, pair lists, regions |
 //! | [`material`], [`law`], [`contact`] | what a contact does |
 //! | [`kernel`], [`batch`], [`wall`], [`body`], [`cylinder`] | loops over contacts |
-//! | [`engine`], [`team`], [`limits`] | the step, threads, the critical step |
+//! | [`engine`], `step.rs`, [`team`], [`limits`] | setup, the step, threads, the critical step |
+//! | [`diagnostics`], `energy.rs` | looking at contacts, energies |
 //! | [`sample`](mod@sample), [`settle`](mod@settle), [`surface`] | making a bed and measuring it |
 //!
 //! **Invariants.** The order of grains, the lists, the number of slabs and every sum follow from the state alone: the
@@ -32,6 +33,7 @@ pub mod body;
 pub mod contact;
 pub mod cylinder;
 pub mod diagnostics;
+mod energy;
 pub mod engine;
 pub mod error;
 pub mod grains;
@@ -45,6 +47,7 @@ pub mod rng;
 pub mod sample;
 pub mod settle;
 pub mod slab;
+mod step;
 pub mod surface;
 pub mod team;
 pub mod vec3;

@@ -5,11 +5,13 @@
 //! round, its history changes sign, since both displacement and rotation are relative to the first grain. A rebuild
 //! changes no force but for the order of sums.
 
+use super::contact::{Roll, Slip};
 use super::error::DemError;
-use super::grains::{DemState, R, Row, X0};
+use super::grains::{DemState, INV_M, R, Row, X0};
 use super::grid::{Grid, Sorted, sort};
 use super::slab::{Slab, WallPair, cut};
 use super::team::Team;
+use super::vec3::Vec3;
 use super::wall::Wall;
 use std::ops::Range;
 
@@ -30,6 +32,9 @@ type Deep = Option<(u32, u32, f64)>;
 /// Largest overlap taken for sound, as a fraction of the smaller radius.
 pub const DEEPEST: f64 = 0.5;
 
+/// Grains that one task checks or sorts at a time.
+const CHUNK: usize = 2048;
+
 /// Rebuilds the lists of `state`; `skin` (m) is absolute.
 ///
 /// # Errors
@@ -42,18 +47,12 @@ pub fn rebuild(
     team: &Team,
     hint: &'static str,
 ) -> Result<(), DemError> {
-    check(state, walls, hint)?;
-    let largest = state.rows.iter().fold(0.0_f64, |m, r| m.max(r[R]));
-    let grid = Grid::around(&state.rows, 2.0 * largest + skin);
-    let sorted = sort(&grid, &state.rows, &state.ids);
+    let survey = survey(state, walls, team, hint)?;
+    let grid = Grid::around(&state.rows, survey.low, survey.high, 2.0 * survey.largest + skin);
+    let sorted = sort(&grid, &state.rows, &state.ids, team);
 
-    state.rows = reorder(&state.rows, &sorted.order);
-    state.ids = reorder(&state.ids, &sorted.order);
-    state.force = reorder(&state.force, &sorted.order);
-    for r in &mut state.rows {
-        r.copy_within(0..3, X0);
-    }
-
+    let touching = bodies_by_id(state);
+    permute(state, &sorted.order);
     let layers: Vec<u32> = (0..=grid.n[0]).map(|x| sorted.start[x * grid.layer()]).collect();
     let ranges = cut(&layers);
     let old = std::mem::take(&mut state.slabs);
@@ -74,7 +73,7 @@ pub fn rebuild(
         }
         slabs.push(slab);
     }
-    carry_bodies(&old, &mut slabs, &sorted.order);
+    carry_bodies(touching, state, &grid, &sorted, &mut slabs);
     state.slabs = slabs;
     state.grid = grid;
     state.stale = false;
@@ -82,36 +81,103 @@ pub fn rebuild(
     Ok(())
 }
 
-fn reorder<T: Copy>(from: &[T], order: &[u32]) -> Vec<T> {
-    order.iter().map(|&i| from[i as usize]).collect()
+/// What a look at all grains finds.
+struct Survey {
+    low: Vec3,
+    high: Vec3,
+    largest: f64,
 }
 
-fn check(state: &DemState, walls: &[Wall], hint: &'static str) -> Result<(), DemError> {
-    for (row, &id) in state.rows.iter().zip(&state.ids) {
-        if !row.iter().all(|x| x.is_finite()) {
-            return Err(DemError::NotFinite { id, time: state.time });
+/// Checks all grains, and makes their positions those that lists are made at.
+fn survey(state: &mut DemState, walls: &[Wall], team: &Team, hint: &'static str) -> Result<Survey, DemError> {
+    let chunks: Vec<_> = state.rows.chunks_mut(CHUNK).collect();
+    let parts = team.map_each(chunks, |chunk: &mut [Row]| {
+        let mut part = Survey { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3], largest: 0.0 };
+        let mut wrong = None;
+        for (k, r) in chunk.iter_mut().enumerate() {
+            r.copy_within(0..3, X0);
+            for c in 0..3 {
+                part.low[c] = part.low[c].min(r[c]);
+                part.high[c] = part.high[c].max(r[c]);
+            }
+            part.largest = part.largest.max(r[R]);
+            // A sum is finite only if its terms are, or cancel: rows are no place for infinities of both signs.
+            let finite = r.iter().sum::<f64>().is_finite() || r.iter().all(|x| x.is_finite());
+            // Its centre behind a wall: nothing that a sound step does.
+            if !finite || walls.iter().any(|w| w.distance(r) < 0.0) {
+                wrong = wrong.or(Some(k));
+            }
         }
-        // Its centre behind a wall: nothing that a sound step does.
-        if walls.iter().any(|w| w.distance(row) < 0.0) {
+        (part, wrong)
+    });
+    let mut all = Survey { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3], largest: 0.0 };
+    for (n, (part, wrong)) in parts.into_iter().enumerate() {
+        if let Some(k) = wrong {
+            let (row, id) = (&state.rows[n * CHUNK + k], state.ids[n * CHUNK + k]);
+            if !row.iter().all(|x| x.is_finite()) {
+                return Err(DemError::NotFinite { id, time: state.time });
+            }
             return Err(DemError::Escaped { id, x: row[0], y: row[1], z: row[2], time: state.time, hint });
         }
+        for c in 0..3 {
+            all.low[c] = all.low[c].min(part.low[c]);
+            all.high[c] = all.high[c].max(part.high[c]);
+        }
+        all.largest = all.largest.max(part.largest);
     }
-    Ok(())
+    Ok(all)
+}
+
+/// Brings rows, numbers and forces into a new order, cycle by cycle in place: most grains stay where they are.
+fn permute(state: &mut DemState, order: &[u32]) {
+    let mut done = vec![false; order.len()];
+    for start in 0..order.len() {
+        if done[start] || order[start] as usize == start {
+            continue;
+        }
+        let held = (state.rows[start], state.ids[start], state.force[start]);
+        let mut to = start;
+        loop {
+            done[to] = true;
+            let from = order[to] as usize;
+            if from == start {
+                break;
+            }
+            state.rows[to] = state.rows[from];
+            state.ids[to] = state.ids[from];
+            state.force[to] = state.force[from];
+            to = from;
+        }
+        (state.rows[to], state.ids[to], state.force[to]) = held;
+    }
+}
+
+/// A touching pair with a body, its grain by number and place in space.
+type Touching = (u32, Vec3, super::slab::BodyPair);
+
+/// The touching pairs with bodies, before the grains change places.
+fn bodies_by_id(state: &DemState) -> Vec<Touching> {
+    let pairs = state.slabs.iter().flat_map(|s| &s.bodies);
+    pairs
+        .map(|p| {
+            let row = &state.rows[p.grain as usize];
+            (state.ids[p.grain as usize], [row[0], row[1], row[2]], *p)
+        })
+        .collect()
 }
 
 /// Touching pairs with bodies move to the slabs and places where their grains are now.
-fn carry_bodies(old: &[Slab], slabs: &mut [Slab], order: &[u32]) {
-    if old.iter().all(|s| s.bodies.is_empty()) {
+fn carry_bodies(touching: Vec<Touching>, state: &DemState, grid: &Grid, sorted: &Sorted, slabs: &mut [Slab]) {
+    if touching.is_empty() {
         return;
     }
-    let mut place = vec![0_u32; order.len()];
-    for (new, &old) in order.iter().enumerate() {
-        place[old as usize] = new as u32;
-    }
-    for pair in old.iter().flat_map(|s| &s.bodies) {
-        let grain = place[pair.grain as usize];
+    for (id, at, pair) in touching {
+        let cell = grid.index(grid.place(&at));
+        let (from, to) = (sorted.start[cell] as usize, sorted.start[cell + 1] as usize);
+        let Some(k) = state.ids[from..to].iter().position(|&i| i == id) else { continue };
+        let grain = (from + k) as u32;
         let k = slabs.partition_point(|s| s.last <= grain);
-        slabs[k].bodies.push(super::slab::BodyPair { grain, ..*pair });
+        slabs[k].bodies.push(super::slab::BodyPair { grain, ..pair });
     }
     for s in slabs {
         // Stable: the touches of one grain keep their order.
@@ -125,24 +191,19 @@ impl Search<'_> {
         let mut slab = Slab { first, last, halo, extent: self.extent(first, last), ..Slab::default() };
         slab.start.reserve(count + 1);
         slab.start.push(0);
-        slab.other.reserve(5 * count);
-        slab.owner.reserve(5 * count);
-        slab.slip.reserve(5 * count);
+        slab.other.reserve(4 * count);
+        slab.owner.reserve(4 * count);
         let mut deep = None;
         for i in first..last {
             let row = &self.rows[i as usize];
             self.partners(i, row, &mut slab, &mut deep);
+            slab.owner.resize(slab.other.len(), i);
             slab.start.push(slab.other.len() as u32);
-            for (k, wall) in self.walls.iter().enumerate() {
-                if wall.distance(row) < row[R] + self.skin {
-                    let (slip, roll) = self.wall_history(i, k as u32).unwrap_or_default();
-                    slab.walls.push(WallPair { grain: i, wall: k as u32, slip, roll });
-                }
-            }
         }
         slab.other.shrink_to_fit();
         slab.owner.shrink_to_fit();
-        slab.slip.shrink_to_fit();
+        self.histories(&mut slab);
+        self.near_walls(&mut slab);
         (slab, deep)
     }
 
@@ -155,35 +216,85 @@ impl Search<'_> {
         })
     }
 
-    /// Lists the partners of grain `i` that come after it.
+    /// Lists the partners of grain `i` that come after it. Without a branch on each candidate, which no processor foresees.
     fn partners(&self, i: u32, row: &Row, slab: &mut Slab, deep: &mut Deep) {
+        let ranges = self.ranges(i, row);
+        let candidates: usize = ranges.iter().map(Range::len).sum();
         let before = slab.other.len();
-        for range in self.ranges(i, row) {
-            for j in range {
-                let other = &self.rows[j];
+        slab.other.resize(before + candidates, 0);
+        let list = &mut slab.other[before..];
+        let mut count = 0;
+        let mut sound = true;
+        let moves = row[INV_M] > 0.0;
+        for range in ranges {
+            for (j, other) in range.clone().zip(&self.rows[range]) {
                 let d = [row[0] - other[0], row[1] - other[1], row[2] - other[2]];
                 let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
                 let touch = row[R] + other[R];
                 let reach = touch + self.skin;
-                if d2 < reach * reach {
-                    slab.other.push(j as u32);
-                    let smaller = row[R].min(other[R]);
-                    let least = touch - DEEPEST * smaller;
-                    // Two fixed grains may lie as they like: they exert nothing on each other.
-                    if d2 < least * least && deep.is_none() && row[7] + other[7] > 0.0 {
-                        *deep = Some((i, j as u32, touch - d2.sqrt()));
-                    }
-                }
+                // Two fixed grains may lie as they like: they exert nothing on each other.
+                let near = (d2 < reach * reach) & (moves | (other[INV_M] > 0.0));
+                list[count] = j as u32;
+                count += usize::from(near);
+                let least = touch - DEEPEST * row[R].min(other[R]);
+                sound &= !(near & (d2 < least * least));
             }
         }
-        slab.owner.resize(slab.other.len(), i);
-        for p in before..slab.other.len() {
-            let (slip, roll) = self.pair_history(i, slab.other[p]).unwrap_or_default();
-            slab.slip.push(slip);
-            if self.rolling {
-                slab.roll.push(roll);
+        slab.other.truncate(before + count);
+        if !sound && deep.is_none() {
+            *deep = slab.other[before..].iter().find_map(|&j| {
+                let other = &self.rows[j as usize];
+                let d = [row[0] - other[0], row[1] - other[1], row[2] - other[2]];
+                let overlap = row[R] + other[R] - (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+                (overlap > DEEPEST * row[R].min(other[R])).then_some((i, j, overlap))
+            });
+        }
+    }
+
+    /// Takes the memories of the pairs over.
+    fn histories(&self, slab: &mut Slab) {
+        slab.slip = vec![Slip::default(); slab.other.len()];
+        if self.rolling {
+            slab.roll = vec![Roll::default(); slab.other.len()];
+        }
+        if self.old.is_empty() {
+            return;
+        }
+        // The slab where the last one was found: the next is in it nearly always.
+        let mut hint = 0;
+        for (p, (&i, &j)) in slab.owner.iter().zip(&slab.other).enumerate() {
+            let (oi, oj) = (self.sorted.order[i as usize], self.sorted.order[j as usize]);
+            let (one, two) = (oi.min(oj), oi.max(oj));
+            let Some(old) = self.old_slab(one, &mut hint) else { continue };
+            let Some(q) = old.pair(one, two) else { continue };
+            if old.slip[q][3] == 0.0 {
+                continue;
+            }
+            // Turned round where the order of the two has: both memories are relative to the first grain.
+            let sign = if oi < oj { 1.0 } else { -1.0 };
+            let s = &old.slip[q];
+            slab.slip[p] = Slip([sign * s[0], sign * s[1], sign * s[2], s[3]]);
+            if let (Some(to), Some(from)) = (slab.roll.get_mut(p), old.roll.get(q)) {
+                *to = from.map(|x| sign * x);
             }
         }
+    }
+
+    /// Lists the grains near walls.
+    fn near_walls(&self, slab: &mut Slab) {
+        let rows = &self.rows[slab.first as usize..slab.last as usize];
+        let mut hint = 0;
+        let mut near: Vec<(u32, u32)> = Vec::new();
+        for (k, wall) in (0_u32..).zip(self.walls) {
+            let grains = (slab.first..).zip(rows);
+            near.extend(grains.filter(|(_, r)| wall.distance(r) < r[R] + self.skin).map(|(i, _)| (i, k)));
+        }
+        near.sort_unstable();
+        let pair = |(grain, wall)| {
+            let (slip, roll) = self.wall_history(grain, wall, &mut hint).unwrap_or_default();
+            WallPair { grain, wall, slip, roll }
+        };
+        slab.walls = near.into_iter().map(pair).collect();
     }
 
     /// Ranges of grains after `i` that may be near it, ascending.
@@ -210,23 +321,17 @@ impl Search<'_> {
         ranges
     }
 
-    fn old_slab(&self, old: u32) -> Option<&Slab> {
-        self.old.get(self.old.partition_point(|s| s.last <= old))
+    fn old_slab(&self, old: u32, hint: &mut usize) -> Option<&Slab> {
+        let holds = |s: &&Slab| s.first <= old && old < s.last;
+        self.old.get(*hint).filter(holds).or_else(|| {
+            *hint = self.old.partition_point(|s| s.last <= old);
+            self.old.get(*hint)
+        })
     }
 
-    fn pair_history(&self, i: u32, j: u32) -> Option<(super::contact::Slip, super::contact::Roll)> {
-        let (oi, oj) = (self.sorted.order[i as usize], self.sorted.order[j as usize]);
-        if oi < oj {
-            self.old_slab(oi)?.history(oi, oj)
-        } else {
-            let (slip, roll) = self.old_slab(oj)?.history(oj, oi)?;
-            Some(([-slip[0], -slip[1], -slip[2], slip[3]], roll.map(|x| -x)))
-        }
-    }
-
-    fn wall_history(&self, i: u32, wall: u32) -> Option<(super::contact::Slip, super::contact::Roll)> {
+    fn wall_history(&self, i: u32, wall: u32, hint: &mut usize) -> Option<(Slip, Roll)> {
         let old = self.sorted.order[i as usize];
-        let walls = &self.old_slab(old)?.walls;
+        let walls = &self.old_slab(old, hint)?.walls;
         let at = walls.binary_search_by_key(&(old, wall), |w| (w.grain, w.wall)).ok()?;
         Some((walls[at].slip, walls[at].roll))
     }

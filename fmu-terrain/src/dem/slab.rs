@@ -1,14 +1,15 @@
-//! Slabs: regions of the bed along x, each one task of a step.
+//! Slabs: pieces of the bed along x, thick enough to be worked on by themselves, thin enough to stay in the cache meanwhile.
 //!
 //! A slab is a contiguous range of grains, whole layers of cells thick. It owns the half list of its grains' pairs: pair
 //! (i, j) with i < j in canonical order belongs to the slab of i, and j is in this slab or in the first layer of the next,
-//! its *halo*. Forces are summed into the slab's own buffer, over grains and halo; when all slabs are done, the
-//! integration of a slab adds its own buffer and the previous slab's halo, in this order. So no two tasks write the
-//! same memory, nothing is atomic, and the sums are the same for any number of threads. How many slabs there are
-//! follows from the grains alone.
+//! its *halo*. Forces are summed into a buffer per slab, over grains and halo; the integration of a slab adds its own
+//! buffer and the previous slab's halo, in this order. So no two tasks write the same memory, nothing is atomic, and the
+//! sums are the same for any number of threads. How many slabs there are follows from the grains alone.
 
 use super::contact::{Roll, Slip};
 use serde::{Deserialize, Serialize};
+use terramech_simd::Force;
+use terramech_simd::contact::Active;
 
 /// Grains in a slab, about: enough that a task outweighs its overhead, few enough that its rows and lists stay in the
 /// second-level cache.
@@ -86,12 +87,11 @@ impl Slab {
             + bytes(&self.bodies)
     }
 
-    /// History of pair (i, j), i < j both old places, if they touched.
-    pub fn history(&self, i: u32, j: u32) -> Option<(Slip, Roll)> {
+    /// Place in the list of pair (i, j), i < j both places of grains, if it is listed.
+    pub fn pair(&self, i: u32, j: u32) -> Option<usize> {
         let k = (i - self.first) as usize;
         let (a, b) = (self.start[k] as usize, self.start[k + 1] as usize);
-        let p = a + self.other[a..b].iter().position(|&o| o == j)?;
-        (self.slip[p][3] != 0.0).then(|| (self.slip[p], self.roll.get(p).copied().unwrap_or_default()))
+        Some(a + self.other[a..b].iter().position(|&o| o == j)?)
     }
 }
 
@@ -118,16 +118,39 @@ pub fn cut(layer_start: &[u32]) -> Vec<[u32; 3]> {
     slabs
 }
 
-/// Scratch memory of a slab: nothing here outlives a step.
+/// The pairs of a slab that a batch kernel looks at: scratch memory, made anew when it no longer holds all that may touch.
+///
+/// What is in it changes no bit: pairs that do not touch add nothing, and the others keep their order.
+#[derive(Debug)]
+pub struct Near {
+    /// The pairs closer than touching and a margin when they were selected.
+    pub active: Active,
+    /// How much closer than that any pair may still come (m); below 0, they are selected anew.
+    pub slack: f64,
+    /// Greatest speed of a grain of the slab (m/s).
+    pub speed: f64,
+}
+
+impl Default for Near {
+    fn default() -> Self {
+        Self { active: Active::default(), slack: -1.0, speed: 0.0 }
+    }
+}
+
+/// Scratch memory of a region of slabs: nothing here outlives a step.
 #[derive(Default)]
 pub struct Scratch {
-    /// Force (0-2) and moment (4-6) on the grains from `first` to `halo`.
-    pub force: Vec<[f64; 8]>,
-    /// Force on each wall.
+    /// Force and moment on the grains of the slab at hand and its halo.
+    pub force: Vec<Force>,
+    /// The same of the slab before.
+    pub before: Vec<Force>,
+    /// The same of the region's first slab, where there is more than one: it is integrated last.
+    pub start: Vec<Force>,
+    /// Force on each wall, slab after slab.
     pub wall_force: Vec<super::vec3::Vec3>,
-    /// What grains do to bodies, ascending by body, then grain.
+    /// What grains do to bodies, slab after slab, in each ascending by body, then grain.
     pub body_loads: Vec<super::body::BodyLoad>,
-    /// Body pairs of this step.
+    /// Body pairs of the slab at hand.
     pub body_pairs: Vec<BodyPair>,
     /// Some grain has moved so far that lists must be rebuilt.
     pub moved: bool,
@@ -136,7 +159,12 @@ pub struct Scratch {
 impl Scratch {
     /// Memory held (bytes).
     pub fn memory(&self) -> usize {
-        bytes(&self.force) + bytes(&self.wall_force) + bytes(&self.body_loads) + bytes(&self.body_pairs)
+        bytes(&self.force)
+            + bytes(&self.before)
+            + bytes(&self.start)
+            + bytes(&self.wall_force)
+            + bytes(&self.body_loads)
+            + bytes(&self.body_pairs)
     }
 }
 

@@ -42,21 +42,38 @@ impl Team {
         }
     }
 
-    /// Runs `task` on each pair of entries, in any order, denormals flushed.
-    pub fn each<A: Send, B: Send>(&self, a: &mut [A], b: &mut [B], task: impl Fn(usize, &mut A, &mut B) + Sync) {
+    /// Runs `task` on each entry, in any order, denormals flushed.
+    pub fn each<A: Send>(&self, tasks: Vec<A>, task: impl Fn(A) + Sync) {
         match &self.pool {
-            Some(_) => a.par_iter_mut().zip(b.par_iter_mut()).enumerate().with_max_len(1).for_each(|(k, (x, y))| {
+            Some(_) => tasks.into_par_iter().with_max_len(1).for_each(|a| {
                 let _mode = FlushDenormals::new();
-                task(k, x, y);
+                task(a);
             }),
             None => {
                 let _mode = FlushDenormals::new();
-                a.iter_mut().zip(b.iter_mut()).enumerate().for_each(|(k, (x, y))| task(k, x, y));
+                tasks.into_iter().for_each(task);
             }
         }
     }
 
-    /// As [`Team::each`], making one value per entry.
+    /// As [`Team::each`], making one value per entry, in their order.
+    pub fn map_each<A: Send, T: Send>(&self, tasks: Vec<A>, task: impl Fn(A) -> T + Sync + Send) -> Vec<T> {
+        match &self.pool {
+            Some(_) => {
+                let flushed = |a| {
+                    let _mode = FlushDenormals::new();
+                    task(a)
+                };
+                tasks.into_par_iter().with_max_len(1).map(flushed).collect()
+            }
+            None => {
+                let _mode = FlushDenormals::new();
+                tasks.into_iter().map(task).collect()
+            }
+        }
+    }
+
+    /// As [`Team::map_each`], from shared entries.
     pub fn map<A: Sync, T: Send>(&self, a: &[A], task: impl Fn(usize, &A) -> T + Sync) -> Vec<T> {
         match &self.pool {
             Some(_) => a.par_iter().enumerate().with_max_len(1).map(|(k, x)| task(k, x)).collect(),

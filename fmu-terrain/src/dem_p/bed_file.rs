@@ -35,6 +35,20 @@ pub fn write(path: &str, bed: &BedFile) -> Result<(), UnitError> {
     fs::rename(&part, path).map_err(fault)
 }
 
+/// Checks that a bed can be written, before minutes of settling.
+///
+/// # Errors
+/// As [`write()`].
+pub fn check_writable(path: &str) -> Result<(), UnitError> {
+    let path = absolute("bed_save", path)?;
+    let fault = |e: std::io::Error| UnitError::input(format!("bed_save {}: cannot be written: {e}", path.display()));
+    if path.is_dir() {
+        return Err(fault(std::io::ErrorKind::IsADirectory.into()));
+    }
+    let part = path.with_extension("part");
+    fs::File::create(&part).and_then(|_| fs::remove_file(&part)).map_err(fault)
+}
+
 /// Reads a bed and checks that it fits the specification's box.
 ///
 /// # Errors

@@ -24,6 +24,8 @@ pub struct DemPUnit {
     triangles: Vec<Vec<i32>>,
     /// Longest inner step (s).
     longest: f64,
+    /// The log has been told that a body reaches out of the box.
+    told_outside: [bool; BODIES],
 }
 
 /// Everything that is saved beside the engine's state.
@@ -57,7 +59,16 @@ impl DemPUnit {
     pub fn new(vars: Variables) -> Self {
         let bodies = (0..BODIES).map(bodies::absent).collect();
         let triangles = vec![Vec::new(); BODIES];
-        Self { vars, own: Own::default(), spec: None, engine: None, bodies, triangles, longest: 0.0 }
+        Self {
+            vars,
+            own: Own::default(),
+            spec: None,
+            engine: None,
+            bodies,
+            triangles,
+            longest: 0.0,
+            told_outside: [false; BODIES],
+        }
     }
 
     fn spec(&self) -> Result<&Terrain, UnitError> {
@@ -78,6 +89,10 @@ impl DemPUnit {
         let spec = self.spec()?.clone();
         let threads = v[self.vars.common.threads].max(1) as usize;
         let load = v.string(self.vars.bed_load).to_string();
+        let save = v.string(self.vars.bed_save).to_string();
+        if !save.is_empty() {
+            bed_file::check_writable(&save)?;
+        }
         let (engine, report) = if load.is_empty() {
             let mut progress = |phase: &str, done: f64| host.progress(phase, done).is_ok();
             dem::prepare(spec.setup(&[]), &spec.recipe(), threads, &mut progress).map_err(|e| unit_error(e, false))?
@@ -102,7 +117,6 @@ impl DemPUnit {
         if cohesion_change != 0.0 {
             host.log(LogCategory::Info, &format!("its surface moved by {cohesion_change:.5} m as adhesion grew"));
         }
-        let save = v.string(self.vars.bed_save).to_string();
         if !save.is_empty() {
             let specification = self.own.specification.clone();
             bed_file::write(&save, &BedFile { specification, report, state: engine.state().clone() })?;
@@ -147,6 +161,37 @@ impl DemPUnit {
             let set = |v: &mut Values| vars.state.position.iter().any(|&p| v.take_changed(p));
             slot.centre_given |= slot.kind == Kind::Mesh && set(v);
             bodies::place(v, vars, slot, &mut self.bodies[k], &mut self.triangles[k], k)?;
+        }
+        Ok(())
+    }
+
+    /// A body that reaches over a side of the box runs into what is not simulated: told once; one beyond it is a fault.
+    fn check_inside(&mut self, host: &Host, time: f64) -> Result<(), UnitError> {
+        let Some(spec) = &self.spec else { return Ok(()) };
+        let half = [0.5 * spec.bed.length, 0.5 * spec.bed.width];
+        for (k, body) in self.bodies.iter().enumerate().filter(|(k, _)| self.own.slots[*k].kind != Kind::None) {
+            let [low, high] = body.shape.bounds();
+            let axes = [0, 1].into_iter().filter(|&c| low[c] <= high[c]);
+            for (c, beyond) in axes.map(|c| (c, low[c] > half[c] || high[c] < -half[c])) {
+                let (axis, name) = [("x", "bed.length"), ("y", "bed.width")][c];
+                let text = format!(
+                    "body[{}] is from {axis} {:.4} to {:.4} m at {time:.4} s, and the box from {:.4} to {:.4} m",
+                    k + 1,
+                    low[c],
+                    high[c],
+                    -half[c],
+                    half[c]
+                );
+                if beyond {
+                    return Err(UnitError::input(format!(
+                        "{text}: it has left the soil; take a larger {name}, or end the run earlier"
+                    )));
+                }
+                if (low[c] < -half[c] || high[c] > half[c]) && !self.told_outside[k] {
+                    self.told_outside[k] = true;
+                    host.log(LogCategory::Warning, &format!("{text}: part of it is over no soil (told once)"));
+                }
+            }
         }
         Ok(())
     }
@@ -220,6 +265,7 @@ impl Unit for DemPUnit {
 
     fn step(&mut self, v: &mut Values, host: &Host, step: Step) -> Result<(), UnitError> {
         self.place_bodies(v)?;
+        self.check_inside(host, step.time)?;
         // Equal inner steps that fill the communication step; the allowance is for its round-off.
         let count = (step.size / self.longest - 1e-9).ceil().max(1.0);
         if count > f64::from(u32::MAX) {

@@ -1,43 +1,78 @@
 //! The kernel, written once for any width.
 //!
+//! Pairs go through in blocks of [`BLOCK`], in two loops over each block: *place* them (rows gathered, normal, overlap, slip
+//! velocity), then *load* them (law, friction, forces). In one loop the chain of roots and quotients of a pair, some 200
+//! cycles, would be longer than what a processor looks ahead; in two the chains of several registers full run side by side.
+//!
 //! Its functions are unsafe for one reason, the instruction set of [`Reals`], and no closure calls into it: a closure
 //! would be compiled without that set. SAFETY lines stand where anything else is relied on.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::needless_range_loop)]
 
-use super::avx2::Four;
-use super::avx512::Eight;
 use super::reals::Reals;
-use super::{Batch, PairTerms, Terms};
-use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+use super::{Active, List, Memories, PairTerms, Terms};
+use crate::rows::{Force, Row};
+use std::mem::MaybeUninit;
 
 /// How many pairs ahead rows are asked for: they lie in other cells, which no hardware prefetcher guesses.
 const AHEAD: usize = 24;
 
-/// # Safety
-/// The processor has AVX2 and FMA; the batch's lengths fit together.
-#[target_feature(enable = "avx2,fma")]
-pub unsafe fn avx2(terms: &Terms, batch: &mut Batch) {
-    // SAFETY: handed on.
-    unsafe { choose::<Four>(terms, batch) }
+/// Pairs that go through the loops together: their intermediate values stay in the first-level cache.
+const BLOCK: usize = 64;
+
+/// Narrowest register.
+const LEAST: usize = 2;
+
+/// What the kernel is run with.
+pub struct Batch<'a> {
+    pub terms: &'a Terms<'a>,
+    pub active: &'a Active,
+    pub rows: &'a [Row],
+    pub slip: &'a mut [crate::Slip],
+    pub roll: &'a mut [[f64; 3]],
+    pub force: &'a mut [Force],
 }
 
-/// # Safety
-/// The processor has AVX-512 F, AVX2 and FMA; the batch's lengths fit together.
-#[target_feature(enable = "avx512f,avx2,fma")]
-pub unsafe fn avx512(terms: &Terms, batch: &mut Batch) {
-    // SAFETY: handed on.
-    unsafe { choose::<Eight>(terms, batch) }
+/// Functions for one instruction path, compiled for it.
+macro_rules! path {
+    ($name:ident, $register:ty, $($feature:literal)?) => {
+        #[allow(dead_code)]
+        pub mod $name {
+            use super::*;
+            /// # Safety
+            /// The processor has what the path needs; the batch's lengths fit the active pairs.
+            $(#[target_feature(enable = $feature)])?
+            pub unsafe fn loads(batch: &mut Batch) {
+                // SAFETY: handed on.
+                unsafe { choose::<$register>(batch) }
+            }
+            /// # Safety
+            /// The processor has what the path needs; the list's pairs lie inside its rows, its lengths fit together.
+            $(#[target_feature(enable = $feature)])?
+            pub unsafe fn near(list: &List, memories: &mut Memories, margin: f64, found: &mut Vec<[u32; 3]>) {
+                // SAFETY: handed on.
+                unsafe { find::<$register>(list, memories, margin, found) }
+            }
+        }
+    };
 }
+#[cfg(target_arch = "x86_64")]
+path!(portable, super::super::x86::Two,);
+#[cfg(target_arch = "x86_64")]
+path!(avx2, super::super::x86::Four, "avx2,fma");
+#[cfg(target_arch = "x86_64")]
+path!(avx512, super::super::x86::Eight, "avx512f,avx2,fma");
+#[cfg(any(test, not(target_arch = "x86_64")))]
+path!(plain, super::super::plain::Plain,);
 
 #[inline(always)]
-unsafe fn choose<V: Reals>(terms: &Terms, batch: &mut Batch) {
+unsafe fn choose<V: Reals>(batch: &mut Batch) {
     // SAFETY: handed on.
     unsafe {
-        match (!batch.roll.is_empty(), terms.adhesion) {
-            (false, false) => run::<V, false, false>(terms, batch),
-            (false, true) => run::<V, false, true>(terms, batch),
-            (true, false) => run::<V, true, false>(terms, batch),
-            (true, true) => run::<V, true, true>(terms, batch),
+        match (!batch.roll.is_empty(), batch.terms.adhesion) {
+            (false, false) => run::<V, false, false>(batch),
+            (false, true) => run::<V, false, true>(batch),
+            (true, false) => run::<V, true, false>(batch),
+            (true, true) => run::<V, true, true>(batch),
         }
     }
 }
@@ -85,131 +120,253 @@ fn three<V: Copy>(a: [V; 4]) -> Vec3<V> {
 const MOST: usize = 8;
 
 #[inline(always)]
-unsafe fn run<V: Reals, const ROLL: bool, const ADHESION: bool>(terms: &Terms, batch: &mut Batch) {
-    let (first, end) = (batch.first as u32, (batch.first + batch.force.len()) as u32);
-    // In one pass ahead: a check per pair would stand in the way of the loads.
-    let mut inside = true;
-    for (&i, &j) in batch.owner.iter().zip(batch.other) {
-        inside &= (i >= first) & (i < end) & (j >= first) & (j < end);
-    }
-    assert!(inside, "a pair names a grain outside {first}..{end}");
-    // SAFETY: indices checked above, lengths by the caller.
+unsafe fn run<V: Reals, const ROLL: bool, const ADHESION: bool>(batch: &mut Batch) {
+    // SAFETY: indices and lengths by the caller.
     unsafe {
-        let only = PairTerms::split::<V>([&terms.pairs[0]; MOST]);
-        let pairs = batch.other.len();
-        let mut p = 0;
-        while p + V::N <= pairs {
-            some::<V, ROLL, ADHESION>(terms, only, batch, p, V::N);
-            p += V::N;
-        }
-        if p < pairs {
-            some::<V, ROLL, ADHESION>(terms, only, batch, p, pairs - p);
+        let only = PairTerms::split::<V>([&batch.terms.pairs[0]; MOST]);
+        let mut placed = [const { MaybeUninit::<Placed<V>>::uninit() }; BLOCK / LEAST];
+        let mut turning = [const { MaybeUninit::<Turning<V>>::uninit() }; BLOCK / LEAST];
+        let all = &batch.active.pairs;
+        let mut from = 0;
+        while from < all.len() {
+            let count = (all.len() - from).min(BLOCK);
+            let (full, rest) = (count / V::N, count % V::N);
+            // The last register's empty places repeat its first pair, and what they yield goes to spare memory.
+            let mut last = [[0; 3]; MOST];
+            for l in 0..V::N {
+                let at = from + full * V::N + if l < rest { l } else { 0 };
+                last[l] = *all.get(at).unwrap_or(&[0; 3]);
+            }
+            for k in 0..full {
+                // Far enough ahead for the rows of the next block; the end of the list has nothing ahead.
+                let at = from + k * V::N;
+                let ahead = all.as_ptr().add(if at + AHEAD + V::N <= all.len() { at + AHEAD } else { at });
+                place::<V, ROLL>(batch, all.as_ptr().add(at), ahead, &mut placed[k], &mut turning[k]);
+            }
+            if rest > 0 {
+                place::<V, ROLL>(batch, last.as_ptr(), last.as_ptr(), &mut placed[full], &mut turning[full]);
+            }
+            for k in 0..full {
+                let pairs = all.as_ptr().add(from + k * V::N);
+                load::<V, ROLL, ADHESION>(only, batch, pairs, V::N, placed[k].assume_init_ref(), &turning[k]);
+            }
+            if rest > 0 {
+                let at = placed[full].assume_init_ref();
+                load::<V, ROLL, ADHESION>(only, batch, last.as_ptr(), rest, at, &turning[full]);
+            }
+            from += count;
         }
     }
 }
 
-/// `count` pairs from `p`, at most a register full.
+/// Numbers of the pairs that are closer than touching plus `margin`, with the places of their grains; the others forget.
 #[inline(always)]
-unsafe fn some<V: Reals, const ROLL: bool, const ADHESION: bool>(
-    terms: &Terms,
-    only: Split<V>,
-    batch: &mut Batch,
-    p: usize,
-    count: usize,
+unsafe fn find<V: Reals>(list: &List, memories: &mut Memories, margin: f64, found: &mut Vec<[u32; 3]>) {
+    unsafe {
+        let rows = list.rows.as_ptr();
+        let pairs = list.other.len();
+        let first = list.first as u32;
+        found.clear();
+        found.reserve(pairs + MOST);
+        let to = found.as_mut_ptr();
+        let margin = V::splat(margin);
+        let (mut count, mut p) = (0, 0);
+        while p < pairs {
+            let filled = (pairs - p).min(V::N);
+            let (mut a, mut b) = ([rows.cast::<f64>(); MOST], [rows.cast::<f64>(); MOST]);
+            let mut at = [[0; 3]; MOST];
+            for l in 0..V::N {
+                let q = if l < filled { p + l } else { p };
+                let (i, j) = (*list.owner.get_unchecked(q) - first, *list.other.get_unchecked(q) - first);
+                (a[l], b[l]) = (rows.add(i as usize).cast(), rows.add(j as usize).cast());
+                at[l] = [i, j, q as u32];
+            }
+            let (xa, xb) = (V::load4(&a), V::load4(&b));
+            let d = sub(three(xa), three(xb));
+            let reach = xa[3].add(xb[3]).add(margin);
+            let bits = V::bits(V::lt(dot(d, d), reach.mul(reach)));
+            for l in 0..filled {
+                let near = bits >> l & 1;
+                // SAFETY: count never exceeds the pairs looked at, and there is room for all of them.
+                to.add(count).write(at[l]);
+                count += near as usize;
+                if near == 0 && memories.slip.get_unchecked(p + l)[3] != 0.0 {
+                    **memories.slip.get_unchecked_mut(p + l) = [0.0; 4];
+                    if let Some(roll) = memories.roll.get_mut(p + l) {
+                        *roll = [0.0; 3];
+                    }
+                }
+            }
+            p += filled;
+        }
+        found.set_len(count);
+    }
+}
+
+#[inline(always)]
+fn prefetch<T>(at: *const T) {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: asking for memory ahead reads nothing; SSE is part of x86-64.
+    unsafe {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        _mm_prefetch::<_MM_HINT_T0>(at.cast());
+        if size_of::<T>() > 64 {
+            _mm_prefetch::<_MM_HINT_T0>(at.cast::<i8>().wrapping_add(64));
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = at;
+}
+
+/// Where a register full of pairs is: what every law needs.
+struct Placed<V> {
+    n: Vec3<V>,
+    delta: V,
+    /// Levers of the two grains.
+    lever: [V; 2],
+    r_eff: V,
+    m_eff: V,
+    smaller: V,
+    /// Separation speed, slip velocity, mean spin about the normal.
+    vn: V,
+    vt: Vec3<V>,
+    spin: V,
+}
+
+/// What rolling needs on top.
+struct Turning<V> {
+    inertia: V,
+    w_rel: Vec3<V>,
+    tilt: Vec3<V>,
+}
+
+/// Gathers rows and works out the kinematics.
+#[inline(always)]
+unsafe fn place<V: Reals, const ROLL: bool>(
+    batch: &Batch,
+    pairs: *const [u32; 3],
+    ahead: *const [u32; 3],
+    placed: &mut MaybeUninit<Placed<V>>,
+    turning: &mut MaybeUninit<Turning<V>>,
 ) {
     unsafe {
         let rows = batch.rows.as_ptr();
-        let forces = batch.force.as_mut_ptr();
-        let slips = batch.slip.as_mut_ptr().add(p);
-        // The end of the list has nothing ahead.
-        let ahead = if p + V::N + AHEAD <= batch.other.len() { AHEAD } else { 0 };
-        let [zero, half] = [V::splat(0.0), V::splat(0.5)];
-        let h = V::splat(terms.h);
-        let (mut spare_slip, mut spare_force) = ([0.0_f64; 4], [0.0_f64; 8]);
         let (mut a, mut b) = ([rows.cast::<f64>(); MOST], [rows.cast::<f64>(); MOST]);
-        let (mut on_a, mut on_b) = ([spare_force.as_mut_ptr(); MOST], [spare_force.as_mut_ptr(); MOST]);
-        let mut slip_at = [spare_slip.as_mut_ptr(); MOST];
         for l in 0..V::N {
-            // The last batch's empty places repeat its first pair, are masked out, and write to spare memory.
-            let at = if l < count { p + l } else { p };
-            let (i, j) = (*batch.owner.get_unchecked(at) as usize, *batch.other.get_unchecked(at) as usize);
-            (a[l], b[l]) = (rows.add(i).cast(), rows.add(j).cast());
-            if l < count {
-                on_a[l] = forces.add(i - batch.first).cast();
-                on_b[l] = forces.add(j - batch.first).cast();
-                slip_at[l] = slips.add(l).cast();
-            }
-            let next: *const i8 = rows.add(*batch.other.get_unchecked(at + ahead) as usize).cast();
-            _mm_prefetch::<_MM_HINT_T0>(next);
-            _mm_prefetch::<_MM_HINT_T0>(next.add(64));
+            let [i, j, _] = *pairs.add(l);
+            (a[l], b[l]) = (rows.add(i as usize).cast(), rows.add(j as usize).cast());
+            let [_, j, p] = *ahead.add(l);
+            prefetch(rows.add(j as usize));
+            prefetch(batch.slip.as_ptr().add(p as usize));
         }
         let (xa, xb) = (quarter::<V>(&a, 0), quarter::<V>(&b, 0));
         let (va, vb) = (quarter::<V>(&a, 1), quarter::<V>(&b, 1));
+        let (wa, wb) = (three(quarter::<V>(&a, 2)), three(quarter::<V>(&b, 2)));
+        let half = V::splat(0.5);
         let d = sub(three(xa), three(xb));
         let d2 = dot(d, d);
         let reach = xa[3].add(xb[3]);
         let inv_m = va[3].add(vb[3]);
-        let mut touching = V::both(V::lt(d2, reach.mul(reach)), V::lt(zero, inv_m));
-        if count < V::N {
-            touching = V::both(touching, V::first(count));
-        }
-        if V::bits(touching) == 0 {
-            V::store4([zero; 4], &slip_at);
-            if ROLL {
-                batch.roll[p..p + count].fill([0.0; 3]);
-            }
-            return;
-        }
-
-        let (wa, wb) = (three(quarter::<V>(&a, 2)), three(quarter::<V>(&b, 2)));
-        let pair = if terms.materials == 1 {
-            only
-        } else {
-            let mut of = [&terms.pairs[0]; MOST];
-            for l in 0..V::N {
-                let (ma, mb) = (*a[l].add(11) as usize, *b[l].add(11) as usize);
-                of[l] = &terms.pairs[ma * terms.materials + mb];
-            }
-            PairTerms::split::<V>(of)
-        };
         let dist = d2.sqrt();
         // One division for three reciprocals, beside the root and not after it.
         let inverse = V::splat(1.0).div(d2.mul(inv_m.mul(reach)));
         let inv_dist = dist.mul(inverse.mul(inv_m.mul(reach)));
-        let m_eff = inverse.mul(d2.mul(reach));
-        let r_eff = xa[3].mul(xb[3]).mul(inverse.mul(d2.mul(inv_m)));
         let n = scale(inv_dist, d);
         let delta = reach.sub(dist);
         let (la, lb) = (half.fnma(delta, xa[3]), half.fnma(delta, xb[3]));
         let dv = sub(three(va), three(vb));
         let v = sub(dv, cross(add_scaled(scale(la, wa), lb, wb), n));
         let vn = dot(v, n);
-        let vt = add_scaled(v, zero.sub(vn), n);
+        placed.write(Placed {
+            n,
+            // Zero, and with it every force, where the two do not touch.
+            delta: V::select(V::lt(d2, reach.mul(reach)), delta, V::splat(0.0)),
+            lever: [la, lb],
+            r_eff: xa[3].mul(xb[3]).mul(inverse.mul(d2.mul(inv_m))),
+            m_eff: inverse.mul(d2.mul(reach)),
+            smaller: xa[3].min(xb[3]),
+            vn,
+            vt: add_scaled(v, V::splat(0.0).sub(vn), n),
+            spin: half.mul(dot(wa, n).add(dot(wb, n))),
+        });
+        if ROLL {
+            let (ra2, rb2) = (xa[3].mul(xa[3]), xb[3].mul(xb[3]));
+            turning.write(Turning {
+                // 1/(1/(m1 r1^2) + 1/(m2 r2^2)).
+                inertia: ra2.mul(rb2).div(va[3].fma(rb2, vb[3].mul(ra2))),
+                w_rel: sub(wa, wb),
+                tilt: scale(inv_dist, cross(n, dv)),
+            });
+        }
+    }
+}
 
+/// Law, friction, memories; adds the loads of the first `filled` pairs.
+#[inline(always)]
+unsafe fn load<V: Reals, const ROLL: bool, const ADHESION: bool>(
+    only: Split<V>,
+    batch: &mut Batch,
+    pairs: *const [u32; 3],
+    filled: usize,
+    c: &Placed<V>,
+    turning: &MaybeUninit<Turning<V>>,
+) {
+    unsafe {
+        let terms = batch.terms;
+        let zero = V::splat(0.0);
+        let h = V::splat(terms.h);
+        let (mut spare_slip, mut spare_roll, mut spare_force) = ([0.0_f64; 4], [0.0_f64; 3], [0.0_f64; 8]);
+        let (forces, slips, rolls) = (batch.force.as_mut_ptr(), batch.slip.as_mut_ptr(), batch.roll.as_mut_ptr());
+        let mut slip_at = [spare_slip.as_mut_ptr(); MOST];
+        let mut roll_at = [spare_roll.as_mut_ptr(); MOST];
+        let (mut on_a, mut on_b) = ([spare_force.as_mut_ptr(); MOST], [spare_force.as_mut_ptr(); MOST]);
+        for l in 0..V::N {
+            if l < filled {
+                let [i, j, p] = (*pairs.add(l)).map(|x| x as usize);
+                slip_at[l] = slips.add(p).cast();
+                on_a[l] = forces.add(i).cast();
+                on_b[l] = forces.add(j).cast();
+                if ROLL {
+                    roll_at[l] = rolls.add(p).cast();
+                }
+            }
+        }
+        let pair = if terms.materials == 1 {
+            only
+        } else {
+            let mut of = [&terms.pairs[0]; MOST];
+            for l in 0..V::N {
+                let [i, j, _] = (*pairs.add(l)).map(|x| batch.rows.get_unchecked(x as usize)[11] as usize);
+                of[l] = &terms.pairs[i * terms.materials + j];
+            }
+            PairTerms::split::<V>(of)
+        };
+        let (n, delta, r_eff, vt, spin) = (c.n, c.delta, c.r_eff, c.vt, c.spin);
+        let touching = V::lt(zero, delta);
         let contact_radius = r_eff.mul(delta).sqrt();
         let sn = pair.normal.mul(contact_radius);
         let kt = pair.tangential.mul(contact_radius);
         let kn = V::splat(2.0 / 3.0).mul(sn);
-        let gn = pair.damping.mul(sn.mul(m_eff).sqrt());
+        let gn = pair.damping.mul(sn.mul(c.m_eff).sqrt());
         let gt = gn.mul(pair.damping_ratio);
         // In this order of arguments a NaN survives the maximum: the gate at the rebuild finds it.
-        let repulsive = V::splat(terms.least_normal).max(gn.fnma(vn, kn.mul(delta)));
+        let repulsive = V::splat(terms.least_normal).max(gn.fnma(c.vn, kn.mul(delta)));
         let push = zero.max(repulsive);
 
-        let slip = quarter::<V>(&slip_at.map(<*mut f64>::cast_const), 0);
+        let slip = V::load4(&slip_at.map(<*mut f64>::cast_const));
         let (mut normal, mut grown) = (repulsive, V::splat(1.0));
         if ADHESION {
             grown = slip[3].add(V::splat(terms.adhesion_growth)).min(V::splat(1.0));
             let by_overlap = delta.mul(V::splat(terms.adhesion_per_overlap)).min(V::splat(1.0));
-            let smaller = xa[3].min(xb[3]);
             let full = pair.dmt.fma(r_eff.sqrt(), pair.constant);
-            let full = pair.pressure.fma(smaller.mul(smaller), pair.perko.fma(r_eff, full));
+            let full = pair.pressure.fma(c.smaller.mul(c.smaller), pair.perko.fma(r_eff, full));
             normal = grown.mul(by_overlap).fnma(full.mul(V::splat(terms.adhesion_scale)), repulsive);
+            // Zero overlap by an infinite slope is no number.
+            normal = V::select(touching, normal, zero);
         }
 
         // The slider in series with spring and dashpot: `contact.rs` of the reference says why.
         let limit = pair.friction.mul(push);
-        let spin = half.mul(dot(wa, n).add(dot(wb, n)));
         let old = three(slip);
         let turned = add_scaled(old, h.mul(spin), cross(n, old));
         let kept = add_scaled(turned, zero.sub(dot(turned, n)), n);
@@ -218,7 +375,7 @@ unsafe fn some<V: Reals, const ROLL: bool, const ADHESION: bool>(
         let (trial2, limit2) = (dot(trial, trial), limit.mul(limit));
         let mut tangential = scale(V::splat(-1.0), trial);
         let slides = V::lt(limit2, trial2);
-        if V::bits(V::both(slides, touching)) != 0 {
+        if V::bits(slides) != 0 {
             let inv = V::splat(1.0).div(trial2.sqrt());
             let direction = scale(inv, trial);
             let relaxed = add_scaled(scale(gt, kept), h.mul(limit), direction);
@@ -226,57 +383,39 @@ unsafe fn some<V: Reals, const ROLL: bool, const ADHESION: bool>(
             u = choose3(slides, scale(cut(limit, scale(kt, relaxed)), relaxed), u);
             tangential = choose3(slides, scale(zero.sub(limit), direction), tangential);
         }
-        let kept = kept_where::<V>(touching, u);
-        V::store4([kept[0], kept[1], kept[2], V::select(touching, grown, zero)], &slip_at);
+        let u = choose3(touching, u, [zero; 3]);
+        V::store4([u[0], u[1], u[2], V::select(touching, grown, zero)], &slip_at);
 
         let f = add_scaled(tangential, normal, n);
         let q = cross(n, tangential);
-        let (mut ta, mut tb) = (scale(zero.sub(la), q), scale(zero.sub(lb), q));
+        let (mut ta, mut tb) = (scale(zero.sub(c.lever[0]), q), scale(zero.sub(c.lever[1]), q));
         if ROLL {
-            let mut memory = [[0.0_f64; 4]; MOST];
-            for l in 0..count {
-                memory[l][..3].copy_from_slice(&batch.roll[p + l]);
-            }
-            let mut at = [std::ptr::null_mut::<f64>(); MOST];
-            let mut read = [std::ptr::null::<f64>(); MOST];
-            for l in 0..V::N {
-                at[l] = memory.as_mut_ptr().add(l).cast();
-                read[l] = at[l];
-            }
-            let rho = three(V::load4(&read));
-            let (ra2, rb2) = (xa[3].mul(xa[3]), xb[3].mul(xb[3]));
-            // 1/(1/(m1 r1^2) + 1/(m2 r2^2)).
-            let inertia = ra2.mul(rb2).div(va[3].fma(rb2, vb[3].mul(ra2)));
-            let w_rel = sub(wa, wb);
-            let frame = add_scaled(scale(inv_dist, cross(n, dv)), spin, n);
+            let turning = turning.assume_init_ref();
+            let rho = V::load3(&roll_at.map(<*mut f64>::cast_const));
+            let w_rel = turning.w_rel;
+            let frame = add_scaled(turning.tilt, spin, n);
             let now = add_scaled(add_scaled(rho, h, cross(frame, rho)), h, w_rel);
             let (rho_n, w_n) = (dot(now, n), dot(w_rel, n));
             let rho_t = add_scaled(now, zero.sub(rho_n), n);
             let w_t = add_scaled(w_rel, zero.sub(w_n), n);
             let damping = V::splat(-2.0 * terms.rolling_damping);
-            let (arm, share) = (pair.rolling.mul(r_eff), V::splat(1.4).mul(inertia));
+            let (arm, share) = (pair.rolling.mul(r_eff), V::splat(1.4).mul(turning.inertia));
             let (rho_t, torque_t) = resist(kn, arm, push, share, damping, rho_t, w_t);
-            let (arm, share) = (pair.spinning.mul(r_eff), V::splat(0.4).mul(inertia));
+            let (arm, share) = (pair.spinning.mul(r_eff), V::splat(0.4).mul(turning.inertia));
             let (rho_n, torque_n) = resist(kn, arm, push, share, damping, scale(rho_n, n), scale(w_n, n));
             let one = V::splat(1.0);
-            let rho = add_scaled(rho_t, one, rho_n);
             let couple = add_scaled(torque_t, one, torque_n);
             ta = add_scaled(ta, one, couple);
             tb = sub(tb, couple);
-            V::store4(kept_where::<V>(touching, rho), &at);
-            for l in 0..count {
-                batch.roll[p + l].copy_from_slice(&memory[l][..3]);
-            }
+            V::store3(add_scaled(rho_t, one, rho_n), &roll_at);
         }
 
-        let f = kept_where::<V>(touching, f);
-        V::add4(f, &on_a);
-        V::add4([zero.sub(f[0]), zero.sub(f[1]), zero.sub(f[2]), zero], &on_b);
+        let back = [zero.sub(f[0]), zero.sub(f[1]), zero.sub(f[2])];
+        V::add_both([f[0], f[1], f[2], zero], [back[0], back[1], back[2], zero], &on_a, &on_b);
         for l in 0..V::N {
             (on_a[l], on_b[l]) = (on_a[l].add(4), on_b[l].add(4));
         }
-        V::add4(kept_where::<V>(touching, ta), &on_a);
-        V::add4(kept_where::<V>(touching, tb), &on_b);
+        V::add_both([ta[0], ta[1], ta[2], zero], [tb[0], tb[1], tb[2], zero], &on_a, &on_b);
     }
 }
 
@@ -289,15 +428,6 @@ unsafe fn quarter<V: Reals>(rows: &[*const f64; MOST], q: usize) -> [V; 4] {
             at[l] = at[l].add(4 * q);
         }
         V::load4(&at)
-    }
-}
-
-/// A vector where the mask is set, zero elsewhere; a fourth component of zero.
-#[inline(always)]
-unsafe fn kept_where<V: Reals>(mask: V::Mask, x: Vec3<V>) -> [V; 4] {
-    unsafe {
-        let zero = V::splat(0.0);
-        [V::select(mask, x[0], zero), V::select(mask, x[1], zero), V::select(mask, x[2], zero), zero]
     }
 }
 

@@ -1,26 +1,24 @@
 //! Contacts of spheres in batches: Hertz-Mindlin from properties, tangential displacement with history, optionally
-//! rolling and spinning resistance and adhesion. Four (AVX2) or eight (AVX-512) pairs of a list go through at a time.
+//! rolling and spinning resistance and adhesion. Two (portable), four (AVX2) or eight (AVX-512) pairs of a list go through
+//! at a time, by one kernel written over the width of a register.
 //!
-//! A grain is a row of 16 reals: position (0-2), radius (3), velocity (4-6), 1/mass (7), angular velocity (8-10),
-//! material (11); the rest is not looked at. Quarter rows are loaded whole and transposed in registers: no gathers. All
-//! pairs of a list are computed, those that do not touch are masked out: a list with a thin skin holds few of them, and
-//! a branch per pair would cost more. Loads are added to the force rows one pair after the other, in the list's order: so
-//! a sum depends on the list alone. Divisions are merged (three reciprocals by one), and products contracted, which is
-//! how results differ from the reference's, by round-off.
+//! A grain is a [`Row`]. Quarter rows are loaded whole and transposed in registers: no gathers. A list holds pairs with a
+//! skin, a quarter of which do not touch; [`Active::select`] takes those that may touch in the next steps, so that
+//! registers are full of work. Loads are added to the force rows one pair after the other, in the list's order: so a sum
+//! depends on which pairs touch, and not on what else was looked at. Divisions are merged (three reciprocals by one), and
+//! the wider paths contract products, which is how their results differ from the portable ones, by round-off.
+//!
+//! The portable path has the bits of plain arithmetic on every processor: on x86-64 it uses SSE2, which all of them have.
 
-#[cfg(target_arch = "x86_64")]
-mod avx2;
-#[cfg(target_arch = "x86_64")]
-mod avx512;
-#[cfg(target_arch = "x86_64")]
 mod kernel;
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(test, not(target_arch = "x86_64")))]
+mod plain;
 mod reals;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 use crate::Isa;
-
-/// A grain, see the module.
-pub type Row = [f64; 16];
+use crate::rows::{Force, Row, Slip};
 
 /// What two materials make of a contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,53 +73,119 @@ pub struct Terms<'a> {
     pub rolling_damping: f64,
 }
 
-/// A list of pairs with their memories, and where the loads go.
-pub struct Batch<'a> {
-    /// All grains.
+/// A list of pairs. No pair is of two fixed grains.
+#[derive(Clone, Copy, Debug)]
+pub struct List<'a> {
+    /// Grains from `first` on.
     pub rows: &'a [Row],
+    /// The grain that `rows[0]` is.
+    pub first: usize,
     /// Grain i of each pair.
     pub owner: &'a [u32],
     /// Grain j of each pair.
     pub other: &'a [u32],
-    /// Tangential displacement and growth of adhesion of each pair, all zero while it does not touch.
-    pub slip: &'a mut [[f64; 4]],
-    /// Relative rotation of each pair; empty where nothing resists rolling.
-    pub roll: &'a mut [[f64; 3]],
-    /// The grain that `force[0]` belongs to.
-    pub first: usize,
-    /// Force (0-2) and moment (4-6) on the grains from `first`: loads are added.
-    pub force: &'a mut [[f64; 8]],
 }
 
-/// Adds the contact loads of all pairs of a batch and moves their memories on by one step. Whether this build has a
-/// kernel for the path: `false` (portable) leaves everything as it was, and the caller's own loop is to run.
+/// What the pairs of a list remember.
+#[derive(Debug)]
+pub struct Memories<'a> {
+    /// Tangential displacement and growth of adhesion of each pair, all zero while it does not touch.
+    pub slip: &'a mut [Slip],
+    /// Relative rotation of each pair; empty where nothing resists rolling.
+    pub roll: &'a mut [[f64; 3]],
+}
+
+/// The pairs of a list that may touch until some have come closer by a margin.
+#[derive(Clone, Debug, Default)]
+pub struct Active {
+    /// Places of grains i and j among the rows, number of the pair. Inside `grains` and `listed`: nothing but `select` writes them.
+    pairs: Vec<[u32; 3]>,
+    grains: usize,
+    listed: usize,
+}
+
+impl Active {
+    /// Takes the pairs that are closer than touching plus `margin` (m); the others forget what they remember.
+    ///
+    /// # Panics
+    /// Where the lengths of list and memories do not fit together, or a pair names a grain without a row: a caller's
+    /// mistake, found before memory is touched.
+    pub fn select(&mut self, isa: Isa, list: &List, memories: &mut Memories, margin: f64) {
+        assert!(isa.runs_here(), "instruction path {isa} is not there");
+        let listed = list.other.len();
+        assert!(list.owner.len() == listed && memories.slip.len() == listed, "lists of different length");
+        assert!(memories.roll.is_empty() || memories.roll.len() == listed, "rotations do not belong to the pairs");
+        let (first, end) = (list.first, list.first + list.rows.len());
+        assert!(end <= u32::MAX as usize && listed <= u32::MAX as usize, "more than places can number");
+        let mut inside = true;
+        for (&i, &j) in list.owner.iter().zip(list.other) {
+            let (i, j) = (i as usize, j as usize);
+            inside &= (i >= first) & (i < end) & (j >= first) & (j < end);
+        }
+        assert!(inside, "a pair names a grain outside {first}..{end}");
+        (self.grains, self.listed) = (list.rows.len(), listed);
+        // SAFETY: the processor has the path (runs_here); lengths and indices are checked above.
+        unsafe {
+            match isa {
+                #[cfg(target_arch = "x86_64")]
+                Isa::Portable => kernel::portable::near(list, memories, margin, &mut self.pairs),
+                #[cfg(target_arch = "x86_64")]
+                Isa::Avx2 => kernel::avx2::near(list, memories, margin, &mut self.pairs),
+                #[cfg(target_arch = "x86_64")]
+                Isa::Avx512 => kernel::avx512::near(list, memories, margin, &mut self.pairs),
+                #[cfg(not(target_arch = "x86_64"))]
+                _ => kernel::plain::near(list, memories, margin, &mut self.pairs),
+            }
+        }
+    }
+
+    /// How many pairs.
+    pub fn len(&self) -> usize {
+        self.pairs.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.pairs.is_empty()
+    }
+
+    /// Memory held (bytes).
+    pub fn memory(&self) -> usize {
+        self.pairs.capacity() * size_of::<[u32; 3]>()
+    }
+}
+
+/// Adds the contact loads of all active pairs to `force`, one entry for each row, and moves their memories on by one step.
 ///
 /// # Panics
-/// Where the lengths of a batch do not fit together, a pair names a grain without a row or a force, or a row a material
-/// without terms: a caller's mistake, found before memory is touched.
-pub fn hertz_mindlin(isa: Isa, terms: &Terms, batch: &mut Batch) -> bool {
+/// Where rows, memories or forces are not as many as those that the pairs were selected from, or a row has a material
+/// without terms: a caller's mistake.
+pub fn hertz_mindlin(
+    isa: Isa,
+    terms: &Terms,
+    active: &Active,
+    rows: &[Row],
+    memories: &mut Memories,
+    force: &mut [Force],
+) {
     assert!(isa.runs_here(), "instruction path {isa} is not there");
-    let pairs = batch.other.len();
-    assert!(batch.owner.len() == pairs && batch.slip.len() == pairs, "a batch of lists of different length");
-    assert!(batch.roll.is_empty() || batch.roll.len() == pairs, "rotations do not belong to the pairs");
-    assert!(batch.first + batch.force.len() <= batch.rows.len(), "forces on grains that are not there");
+    assert!(rows.len() == active.grains && force.len() == active.grains, "other grains than were selected from");
+    assert!(memories.slip.len() == active.listed, "another list than was selected from");
+    assert!(memories.roll.is_empty() || memories.roll.len() == active.listed, "rotations do not belong to the pairs");
     assert!(terms.materials >= 1 && terms.pairs.len() == terms.materials * terms.materials, "pairs of materials");
-    match isa {
-        Isa::Portable => false,
-        #[cfg(target_arch = "x86_64")]
-        Isa::Avx2 => {
-            // SAFETY: the processor has AVX2 and FMA (runs_here); the lengths are checked above, the indices inside.
-            unsafe { kernel::avx2(terms, batch) };
-            true
+    let mut batch = kernel::Batch { terms, active, rows, slip: &mut *memories.slip, roll: &mut *memories.roll, force };
+    // SAFETY: the processor has the path (runs_here); the pairs lie inside the lengths checked above.
+    unsafe {
+        match isa {
+            #[cfg(target_arch = "x86_64")]
+            Isa::Portable => kernel::portable::loads(&mut batch),
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx2 => kernel::avx2::loads(&mut batch),
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx512 => kernel::avx512::loads(&mut batch),
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => kernel::plain::loads(&mut batch),
         }
-        #[cfg(target_arch = "x86_64")]
-        Isa::Avx512 => {
-            // SAFETY: as above, for AVX-512 F.
-            unsafe { kernel::avx512(terms, batch) };
-            true
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        _ => false,
     }
 }
 
@@ -145,7 +209,7 @@ mod tests {
     }
 
     fn row(x: f64) -> Row {
-        let mut row = [0.0; 16];
+        let mut row = Row::default();
         (row[0], row[3], row[7], row[15]) = (x, 0.01, 100.0, 1e6);
         row
     }
@@ -159,20 +223,12 @@ mod tests {
                 let rows: Vec<Row> = (0..=count).map(|k| row(0.019 * k as f64)).collect();
                 let owner: Vec<u32> = (0..count as u32).collect();
                 let other: Vec<u32> = (1..=count as u32).collect();
-                let (mut slip, mut force) = (vec![[0.0; 4]; count], vec![[0.0; 8]; count + 1]);
-                let mut batch = Batch {
-                    rows: &rows,
-                    owner: &owner,
-                    other: &other,
-                    slip: &mut slip,
-                    roll: &mut [],
-                    first: 0,
-                    force: &mut force,
-                };
-                if !hertz_mindlin(isa, &terms(&pairs), &mut batch) {
-                    assert_eq!(isa, Isa::Portable);
-                    continue;
-                }
+                let (mut slip, mut force) = (vec![Slip::default(); count], vec![Force::default(); count + 1]);
+                let list = List { rows: &rows, first: 0, owner: &owner, other: &other };
+                let mut memories = Memories { slip: &mut slip, roll: &mut [] };
+                let mut active = Active::default();
+                active.select(isa, &list, &mut memories, 0.001);
+                hertz_mindlin(isa, &terms(&pairs), &active, &rows, &mut memories, &mut force);
                 // F = 2/3 S_n delta with R* = r/2, delta = 1 mm.
                 let expected = 2.0 / 3.0 * 1e7 * (0.005_f64 * 0.001).sqrt() * 0.001;
                 assert!((force[0][0] + expected).abs() < 1e-9 * expected, "{isa}, {count}: {:?}", force[0]);
@@ -187,20 +243,85 @@ mod tests {
     #[should_panic(expected = "outside 0..2")]
     fn a_pair_of_a_grain_that_is_not_there_is_caught() {
         let isa = Isa::widest();
-        assert!(isa != Isa::Portable, "a pair names a grain outside 0..2: nothing to test on this processor");
-        let pairs = [PairTerms::default()];
-        let rows = [row(0.0), row(0.1), row(0.2)];
-        let (mut slip, mut force) = ([[0.0; 4]], [[0.0; 8]; 2]);
-        let (owner, other) = ([0], [2]);
-        let mut batch = Batch {
-            rows: &rows,
-            owner: &owner,
-            other: &other,
-            slip: &mut slip,
-            roll: &mut [],
-            first: 0,
-            force: &mut force,
+        let rows = [row(0.0), row(0.1)];
+        let list = List { rows: &rows, first: 0, owner: &[0], other: &[2] };
+        let mut memories = Memories { slip: &mut [Slip::default()], roll: &mut [] };
+        Active::default().select(isa, &list, &mut memories, 0.0);
+    }
+
+    #[test]
+    #[should_panic(expected = "other grains")]
+    fn pairs_of_other_grains_are_refused() {
+        let (isa, pairs) = (Isa::widest(), [PairTerms::default()]);
+        let rows = [row(0.0), row(0.1)];
+        let list = List { rows: &rows, first: 0, owner: &[0], other: &[1] };
+        let mut memories = Memories { slip: &mut [Slip::default()], roll: &mut [] };
+        let mut active = Active::default();
+        active.select(isa, &list, &mut memories, 1.0);
+        hertz_mindlin(isa, &terms(&pairs), &active, &rows[..1], &mut memories, &mut [Force::default()]);
+    }
+
+    /// Pairs at all distances, sliding and sticking, turning, adhering: numbers without pattern.
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn the_portable_path_has_the_bits_of_plain_arithmetic() {
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
         };
-        hertz_mindlin(isa, &terms(&pairs), &mut batch);
+        let full = PairTerms {
+            normal: 1e7,
+            tangential: 1.3e7,
+            damping: 0.4,
+            damping_ratio: 1.1,
+            friction: 0.3,
+            rolling: 0.1,
+            spinning: 0.05,
+            constant: 0.1,
+            dmt: 0.2,
+            perko: 3.0,
+            pressure: 100.0,
+            ..PairTerms::default()
+        };
+        let pairs = [full, full, full, PairTerms { rolling: 0.0, ..full }];
+        let count = 151_usize;
+        let rows: Vec<Row> = (0..=count)
+            .map(|k| {
+                let mut row = self::row(0.0193 * k as f64 + 0.001 * random());
+                (1..11)
+                    .filter(|c| ![3, 7].contains(c))
+                    .for_each(|c| row[c] = 0.003 * (random() - 0.5) * f64::from(c as u32));
+                row[11] = (k % 2) as f64;
+                row
+            })
+            .collect();
+        let owner: Vec<u32> = (0..count as u32).collect();
+        let other: Vec<u32> = (1..=count as u32).collect();
+        for (adhesion, rolling) in [(false, false), (true, false), (false, true), (true, true)] {
+            let terms = Terms { adhesion, materials: 2, adhesion_growth: 0.3, ..terms(&pairs) };
+            let results = [false, true].map(|plain| {
+                let (mut slip, mut force) = (vec![Slip::default(); count], vec![Force::default(); count + 1]);
+                let mut roll = vec![[0.0; 3]; if rolling { count } else { 0 }];
+                let list = List { rows: &rows, first: 0, owner: &owner, other: &other };
+                let mut active = Active::default();
+                let mut memories = Memories { slip: &mut slip, roll: &mut roll };
+                active.select(Isa::Portable, &list, &mut memories, 1e-3);
+                for _ in 0..3 {
+                    if plain {
+                        let (slip, roll) = (&mut *memories.slip, &mut *memories.roll);
+                        let (terms, active, rows, force) = (&terms, &active, &rows[..], &mut force[..]);
+                        // SAFETY: the lengths fit together.
+                        unsafe { kernel::plain::loads(&mut kernel::Batch { terms, active, rows, slip, roll, force }) }
+                    } else {
+                        hertz_mindlin(Isa::Portable, &terms, &active, &rows, &mut memories, &mut force);
+                    }
+                }
+                let all = slip.iter().flat_map(|s| s.0).chain(roll.concat()).chain(force.iter().flat_map(|f| f.0));
+                all.map(f64::to_bits).collect::<Vec<_>>()
+            });
+            assert!(results[0] == results[1], "adhesion {adhesion}, rolling {rolling}");
+            assert!(results[0].iter().filter(|b| **b != 0).count() > 5 * count);
+        }
     }
 }

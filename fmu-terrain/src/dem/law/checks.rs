@@ -1,7 +1,7 @@
 //! Checks that every law passes, through the same door the kernels use.
 
 use super::*;
-use crate::dem::contact::{Load, Options, Touch, evaluate};
+use crate::dem::contact::{Load, Options, Slip, Touch, evaluate};
 use crate::dem::material::{Material, Pair};
 use crate::dem::vec3::{Vec3, add, add_scaled, cross, dot, norm, scale, sub};
 
@@ -29,6 +29,7 @@ fn options(tangential: Tangential) -> Options {
         adhesion_growth: 1.0,
         adhesion_per_overlap: f64::INFINITY,
         rolling_damping: 0.3,
+        margin: 0.0,
     }
 }
 
@@ -48,7 +49,7 @@ fn touch(n: Vec3, delta: f64, v: Vec3, w_rel: Vec3) -> Touch {
     }
 }
 
-fn load(kind: LawKind, form: Form, opt: &Options, t: &Touch, memory: &mut ([f64; 4], [f64; 3])) -> Load {
+fn load(kind: LawKind, form: Form, opt: &Options, t: &Touch, memory: &mut (Slip, [f64; 3])) -> Load {
     dispatch_law!(kind, form, law =>
         evaluate::<_, true>(&law, &pair(), opt, t, &mut memory.0, Some(&mut memory.1)))
 }
@@ -205,7 +206,7 @@ fn adhesion_pulls_and_adds_to_the_coulomb_limit() {
         let pair = Pair::of(&material, &material);
         let mut opt = options(Tangential::History);
         opt.adhesion = true;
-        let (mut slip, mut l) = ([0.0; 4], None);
+        let (mut slip, mut l) = (Slip::default(), None);
         for _ in 0..50_000 {
             let t = touch([0.0, 0.0, 1.0], 1e-4, [1.0, 0.0, 0.0], [0.0; 3]);
             l = Some(dispatch_law!(kind, form, law => evaluate::<_, false>(&law, &pair, &opt, &t, &mut slip, None)));

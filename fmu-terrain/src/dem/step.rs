@@ -1,0 +1,231 @@
+//! A step.
+//!
+//! Rebuild the lists if some grain has moved too far; move the bodies to this step's time; one sweep over the slabs, contacts
+//! and, right behind, integration (semi-implicit Euler) while rows and forces are still in the cache; sum what the grains did to
+//! bodies and walls, in slab order. The sweep runs in regions of several slabs, one task each; only the first slab of
+//! a region is integrated after all regions have met (see [`terramech_simd::regions`]). How many regions there are
+//! follows from the threads and changes no sum.
+
+use super::body::Body;
+use super::engine::{CpuEngine, HINT};
+use super::error::DemError;
+use super::grains::{INV_I, INV_M, Row, V, W, X0};
+use super::kernel::{World, contacts};
+use super::law::dispatch_law;
+use super::slab::{Near, Scratch, Slab};
+use super::vec3::{Vec3, add};
+use terramech_simd::{Cut, Force, Region, regions};
+
+/// Regions for each thread: so that one with a wheel in it does not keep the others waiting.
+const REGIONS_PER_THREAD: usize = 4;
+
+/// How grains move on in a step.
+#[derive(Clone, Copy)]
+struct Motion {
+    h: f64,
+    gravity: Vec3,
+    /// A grain that is further from where the lists were made asks for new ones (m).
+    reach: f64,
+    /// Keep the net contact forces.
+    keep: bool,
+}
+
+/// What a region works on.
+struct Task<'a> {
+    region: Region<'a, Row>,
+    slabs: &'a mut [Slab],
+    near: &'a mut [Near],
+    kept: &'a mut [Vec3],
+    scratch: &'a mut Scratch,
+}
+
+impl CpuEngine {
+    pub(super) fn step(&mut self, t: f64, bodies: &mut [Body], last: bool) -> Result<(), DemError> {
+        if self.state.stale {
+            self.rebuild(HINT)?;
+        }
+        for b in &mut *bodies {
+            b.shape.move_to(t);
+            b.force = [0.0; 3];
+        }
+        let h = self.setup.step;
+        self.approach(h);
+        self.sweep(bodies, Motion { h, gravity: self.setup.gravity, reach: 0.5 * self.skin, keep: last });
+        let state = &mut self.state;
+        state.wall_force.fill([0.0; 3]);
+        let walls = self.setup.walls.len();
+        for s in &mut self.scratch {
+            for (k, f) in s.wall_force.drain(..).enumerate() {
+                let sum = &mut state.wall_force[k % walls];
+                *sum = add(*sum, f);
+            }
+            for load in s.body_loads.drain(..) {
+                state.body_work += bodies[load.body as usize].apply(&load, h);
+            }
+        }
+        state.steps += 1;
+        state.time += h;
+        Ok(())
+    }
+
+    /// Takes off the slack of each slab's near pairs what they may have come closer in the last step: by the speeds of
+    /// the slab and of the next one, where its partners may lie.
+    fn approach(&mut self, h: f64) {
+        self.near.resize_with(self.state.slabs.len(), Near::default);
+        for k in 0..self.near.len() {
+            let (own, next) = (self.near[k].speed, self.near.get(k + 1).map_or(0.0, |n| n.speed));
+            self.near[k].slack -= h * (own + own.max(next)) * (1.0 + 1e-9);
+        }
+    }
+
+    fn sweep(&mut self, bodies: &[Body], motion: Motion) {
+        let options = self.options();
+        let (setup, rolling, team) = (&self.setup, self.rolling, &self.team);
+        let world = World { pairs: &self.pairs, walls: &setup.walls, bodies, batch: self.batch.as_ref(), options };
+        let state = &mut self.state;
+        let cuts: Vec<Cut> = state
+            .slabs
+            .iter()
+            .map(|s| Cut { first: s.first as usize, last: s.last as usize, halo: s.halo as usize })
+            .collect();
+        let starts = starts(cuts.len(), team.threads());
+        self.scratch.resize_with(starts.len(), Scratch::default);
+
+        let mut tasks = Vec::with_capacity(starts.len());
+        let (mut slabs, mut kept, mut near) = (&mut state.slabs[..], &mut state.force[..], &mut self.near[..]);
+        for (region, scratch) in regions(&mut state.rows, &cuts, &starts).into_iter().zip(&mut self.scratch) {
+            let range = region.slabs();
+            let grains = cuts[range.end - 1].last - cuts[range.start].first;
+            let (here, rest) = std::mem::take(&mut slabs).split_at_mut(range.len());
+            let (forces, rest_kept) = std::mem::take(&mut kept).split_at_mut(grains);
+            let (pairs, rest_near) = std::mem::take(&mut near).split_at_mut(range.len());
+            (slabs, kept, near) = (rest, rest_kept, rest_near);
+            tasks.push(Task { region, slabs: here, near: pairs, kept: forces, scratch });
+        }
+        dispatch_law!(setup.law, setup.form, law => team.each(tasks, |task| {
+            task.run(&cuts, motion, |rows, slab, near, scratch| if rolling {
+                contacts::<_, true>(law, &world, rows, slab, near, scratch, &mut ());
+            } else {
+                contacts::<_, false>(law, &world, rows, slab, near, scratch, &mut ());
+            });
+        }));
+        self.finish(&cuts, &starts, motion);
+    }
+
+    /// Integrates the first slab of each region, whose forces are complete now.
+    fn finish(&mut self, cuts: &[Cut], starts: &[usize], motion: Motion) {
+        let state = &mut self.state;
+        let scratch = &self.scratch;
+        let mut tasks = Vec::with_capacity(starts.len());
+        let (mut rows, mut kept, mut at) = (&mut state.rows[..], &mut state.force[..], 0);
+        for (r, &s) in starts.iter().enumerate() {
+            let Cut { first, last, .. } = cuts[s];
+            let (here, rest) = std::mem::take(&mut rows)[first - at..].split_at_mut(last - first);
+            let (forces, rest_kept) = std::mem::take(&mut kept)[first - at..].split_at_mut(last - first);
+            (rows, kept, at) = (rest, rest_kept, last);
+            let slabs = starts.get(r + 1).map_or(cuts.len(), |next| *next) - s;
+            let own = if slabs > 1 { &scratch[r].start } else { &scratch[r].force };
+            let before =
+                r.checked_sub(1).map_or(&[][..], |b| &scratch[b].force[cuts[s - 1].last - cuts[s - 1].first..]);
+            tasks.push((here, forces, &own[..], before));
+        }
+        let done = self.team.map_each(tasks, |(rows, kept, own, before)| integrate(rows, kept, own, before, motion));
+        state.stale = scratch.iter().any(|s| s.moved);
+        for (&s, (moved, speed)) in starts.iter().zip(done) {
+            state.stale |= moved;
+            self.near[s].speed = speed;
+        }
+    }
+}
+
+/// First slabs of the regions.
+fn starts(slabs: usize, threads: usize) -> Vec<usize> {
+    let most = if threads > 1 { threads * REGIONS_PER_THREAD } else { 1 };
+    let count = slabs.min(most);
+    (0..count).map(|r| r * slabs / count).collect()
+}
+
+impl Task<'_> {
+    fn run(self, cuts: &[Cut], motion: Motion, contacts: impl Fn(&[Row], &mut Slab, &mut Near, &mut Scratch)) {
+        let Self { region, slabs, near, kept, scratch } = self;
+        let start = region.slabs().start;
+        let first = cuts[start].first;
+        scratch.moved = false;
+        region.sweep(
+            &mut (scratch, slabs, near, kept),
+            |(scratch, slabs, near, _), k, rows| {
+                match k - start {
+                    0 => {}
+                    // The forces on the region's first slab are kept to the end.
+                    1 => std::mem::swap(&mut scratch.force, &mut scratch.start),
+                    _ => std::mem::swap(&mut scratch.force, &mut scratch.before),
+                }
+                contacts(rows, &mut slabs[k - start], &mut near[k - start], scratch);
+            },
+            |(scratch, _, near, kept), k, rows| {
+                let before = if k - start == 1 { &scratch.start } else { &scratch.before };
+                // The slab before: its own grains, then its halo, which are this slab's first grains.
+                let halo = &before[cuts[k - 1].last - cuts[k - 1].first..];
+                let kept = &mut kept[cuts[k].first - first..cuts[k].last - first];
+                let (moved, speed) = integrate(rows, kept, &scratch.force, halo, motion);
+                scratch.moved |= moved;
+                near[k - start].speed = speed;
+            },
+        );
+    }
+}
+
+/// Moves the grains of a slab; whether one of them is further than `reach` from where the lists were made, and the greatest speed.
+/// Own forces first, then those from the slab before: the canonical order of sums.
+fn integrate(rows: &mut [Row], kept: &mut [Vec3], own: &[Force], halo: &[Force], motion: Motion) -> (bool, f64) {
+    let (shared, alone) = rows.split_at_mut(halo.len());
+    let mut most = Most { d2: 0.0, v2: 0.0 };
+    for ((row, own), more) in shared.iter_mut().zip(own).zip(halo) {
+        let f = std::array::from_fn(|c| own[c] + more[c]);
+        most.advance(row, &f, motion);
+    }
+    for (row, f) in alone.iter_mut().zip(&own[halo.len()..]) {
+        most.advance(row, f, motion);
+    }
+    if motion.keep {
+        for (i, f) in kept.iter_mut().enumerate() {
+            let (a, b) = (&own[i], halo.get(i).copied().unwrap_or_default());
+            *f = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+        }
+    }
+    // Infinity counts as moved: the rebuild then names the grain.
+    (most.d2 > motion.reach * motion.reach, most.v2.sqrt())
+}
+
+/// Greatest squares of way and speed.
+struct Most {
+    d2: f64,
+    v2: f64,
+}
+
+impl Most {
+    #[inline(always)]
+    fn advance(&mut self, row: &mut Row, f: &[f64; 8], m: Motion) {
+        if row[INV_M] == 0.0 {
+            return;
+        }
+        let (mut d2, mut v2) = (0.0, 0.0);
+        for c in 0..3 {
+            row[V + c] += m.h * (f[c] * row[INV_M] + m.gravity[c]);
+            row[c] += m.h * row[V + c];
+            row[W + c] += m.h * (f[4 + c] * row[INV_I]);
+            let d = row[c] - row[X0 + c];
+            d2 += d * d;
+            v2 += row[V + c] * row[V + c];
+        }
+        // So that NaN becomes the greatest.
+        self.d2 = if d2 <= self.d2 {
+            self.d2
+        } else if d2.is_nan() {
+            f64::INFINITY
+        } else {
+            d2
+        };
+        self.v2 = self.v2.max(v2);
+    }
+}
