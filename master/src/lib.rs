@@ -12,6 +12,7 @@
 
 pub mod archive;
 pub mod check;
+pub mod checkpoint;
 pub mod cli;
 pub mod coupling;
 pub mod decimal;

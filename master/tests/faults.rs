@@ -152,7 +152,7 @@ fn a_request_to_stop_reaches_a_unit_that_settles() {
     let stop = Stop::new();
     stop.ask();
     let outcome = bench.run_with(1, &stop, &[]);
-    assert!(matches!(outcome.end, End::Stopped { time: None }), "{:?}", outcome.end);
+    assert!(matches!(outcome.end, End::Stopped { time: None, .. }), "{:?}", outcome.end);
     assert_eq!(outcome.exit_code(), ExitCode::Stopped);
 }
 

@@ -88,6 +88,8 @@ pub struct CsvWriter<W: Write = File> {
     kinds: Vec<Kind>,
     buffer: String,
     flushed: Instant,
+    /// Bytes handed to the system.
+    written: u64,
 }
 
 const FLUSH_BYTES: usize = 1 << 16;
@@ -101,6 +103,16 @@ impl CsvWriter<File> {
     pub fn create(folder: &RunFolder, columns: &[Column]) -> Result<CsvWriter> {
         let (file, path) = folder.stream("results.csv")?;
         CsvWriter::new(file, path, columns)
+    }
+
+    /// Goes on with the `results.csv` of an earlier part of the run, of which the first `length` bytes are kept.
+    ///
+    /// # Errors
+    /// Those of [`RunFolder::append`].
+    pub fn go_on(folder: &RunFolder, columns: &[Column], length: u64) -> Result<CsvWriter> {
+        let (out, path) = folder.append("results.csv", length)?;
+        let kinds = columns.iter().map(|c| c.kind).collect();
+        Ok(CsvWriter { out, path, kinds, buffer: String::new(), flushed: Instant::now(), written: length })
     }
 }
 
@@ -117,7 +129,7 @@ impl<W: Write> CsvWriter<W> {
         }
         buffer.push('\n');
         let kinds = columns.iter().map(|c| c.kind).collect();
-        let mut writer = CsvWriter { out, path: path.into(), kinds, buffer, flushed: Instant::now() };
+        let mut writer = CsvWriter { out, path: path.into(), kinds, buffer, flushed: Instant::now(), written: 0 };
         writer.flush()?;
         Ok(writer)
     }
@@ -157,12 +169,18 @@ impl<W: Write> CsvWriter<W> {
         if self.buffer.len() >= FLUSH_BYTES || self.flushed.elapsed() >= FLUSH_AFTER { self.flush() } else { Ok(()) }
     }
 
+    /// Bytes that the file has after the last [`flush`](CsvWriter::flush).
+    pub fn written(&self) -> u64 {
+        self.written
+    }
+
     /// Hands all rows so far to the system.
     ///
     /// # Errors
     /// [`Error::Io`].
     pub fn flush(&mut self) -> Result<()> {
         let written = self.out.write_all(self.buffer.as_bytes()).and_then(|()| self.out.flush());
+        self.written += self.buffer.len() as u64;
         self.buffer.clear();
         self.flushed = Instant::now();
         written.map_err(Error::io("write", &self.path))

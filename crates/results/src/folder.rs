@@ -124,6 +124,39 @@ impl RunFolder {
         }
     }
 
+    /// [`write`](RunFolder::write), and on the disk before it gets its name: for what must survive a power failure.
+    ///
+    /// # Errors
+    /// As `write`.
+    pub fn write_durably(&self, name: &str, content: &[u8]) -> Result<()> {
+        let path = self.claim(name)?;
+        let part = part_of(&path);
+        let write = || -> io::Result<()> {
+            let mut out = File::create(&part)?;
+            out.write_all(content)?;
+            out.sync_all()?;
+            fs::rename(&part, &path)
+        };
+        write().map_err(|source| {
+            let _ = fs::remove_file(&part);
+            Error::Io { action: "write", path, source }
+        })
+    }
+
+    /// Removes a file of the run, if it is there.
+    ///
+    /// # Errors
+    /// [`Error::BadName`], [`Error::ForeignFile`], [`Error::Io`].
+    pub fn remove(&self, name: &str) -> Result<()> {
+        let path = self.claim(name)?;
+        match fs::remove_file(&path) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                Err(Error::Io { action: "remove", path, source })
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Opens a file of an earlier run to append to it, cut to its first `length` bytes.
     ///
     /// # Errors

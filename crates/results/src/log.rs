@@ -70,6 +70,19 @@ impl LogWriter {
         Ok(LogWriter { out, path })
     }
 
+    /// Goes on with the `log.jsonl` of an earlier part of the run.
+    ///
+    /// # Errors
+    /// Those of [`RunFolder::append`].
+    pub fn go_on(folder: &RunFolder) -> Result<LogWriter> {
+        let there = std::fs::metadata(folder.file("log.jsonl")).map_or(0, |m| m.len());
+        if there == 0 {
+            return Self::create(folder);
+        }
+        let (out, path) = folder.append("log.jsonl", there)?;
+        Ok(LogWriter { out, path })
+    }
+
     /// Writes one message, stamped with the wall clock.
     ///
     /// # Errors

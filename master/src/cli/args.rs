@@ -33,7 +33,8 @@ pub enum Command {
 #[derive(Debug, clap::Args)]
 pub struct System {
     /// System description: a .ssd file, a .ssp archive, or the folder of an unpacked one (for `check` also an FMU)
-    pub system: PathBuf,
+    #[arg(required_unless_present = "resume")]
+    pub system: Option<PathBuf>,
     /// Stop time in s instead of the description's
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub stop_time: Option<String>,
@@ -55,8 +56,17 @@ pub struct Run {
     #[command(flatten)]
     pub system: System,
     /// Folder for the results: new, empty, or of an earlier run, whose files are replaced
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "resume")]
+    pub out: Option<PathBuf>,
+    /// Go on with the run in this folder from its last checkpoint, to the same bits; --stop-time may be given anew
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "system", "set", "fmu_path", "algorithm"])]
+    pub resume: Option<PathBuf>,
+    /// Write a checkpoint every so many simulated seconds (one is written on Ctrl-C in any case, where all units can save their state)
+    #[arg(long, value_name = "S")]
+    pub checkpoint_every: Option<String>,
+    /// How many checkpoints are kept
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub keep_checkpoints: u16,
     /// Threads for all units together [default: the cores this process may use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     pub threads: Option<u16>,

@@ -2,13 +2,16 @@
 
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::args::{Args, Check, Command, Inspect, Run, System};
 use crate::check;
 use crate::check::plan::Plan;
+use crate::checkpoint::{self, Checkpoint, How};
 use crate::fault::Faults;
 use crate::inspect::{self, Form};
-use crate::run::{self, Display, ExitCode, Options, Stop};
+use crate::run::{self, Checkpoints, Display, ExitCode, Options, Stop};
 
 /// Carries out a command.
 pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
@@ -19,20 +22,47 @@ pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
     }
 }
 
-fn plan(system: &System, checking: bool) -> Result<Plan, ExitCode> {
-    let options = check::Options {
-        fmu_path: system.fmu_path.clone(),
+/// What was typed about a system, with paths made absolute: what a checkpoint keeps to start the run again.
+fn how(system: &System) -> How {
+    let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
+    How {
+        system: system.system.clone().unwrap_or_default(),
+        fmu_path: system.fmu_path.iter().map(absolute).collect(),
         stop_time: system.stop_time.clone(),
         set: system.set.clone(),
         algorithm: system.algorithm.clone(),
+        ..How::default()
+    }
+}
+
+fn plan(how: &How, checking: bool) -> Result<Plan, ExitCode> {
+    let options = check::Options {
+        fmu_path: how.fmu_path.clone(),
+        stop_time: how.stop_time.clone(),
+        set: how.set.clone(),
+        algorithm: how.algorithm.clone(),
         ..check::Options::default()
     };
-    let plan = if checking && inspect::is_fmu(&system.system) {
-        check::plan_of_fmu(&system.system, &options)
+    let plan = if checking && inspect::is_fmu(&how.system) {
+        check::plan_of_fmu(&how.system, &options)
     } else {
-        check::plan(&system.system, &options)
+        check::plan(&how.system, &options)
     };
     plan.map_err(|faults| tell(&faults))
+}
+
+/// The checkpoint to go on from, its run's folder, and how the run was started.
+fn resumed(args: &Run, folder: &Path) -> Result<(Arc<Checkpoint>, How), ExitCode> {
+    let (checkpoint, remarks) = checkpoint::newest(folder).map_err(|failure| {
+        eprintln!("{failure}");
+        run::code_of_failure(&failure)
+    })?;
+    remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
+    let mut how = checkpoint.header.how.clone();
+    how.stop_time = args.system.stop_time.clone().or(how.stop_time);
+    how.every = args.checkpoint_every.clone().or(how.every);
+    eprintln!("resuming at t = {} s", checkpoint.header.time);
+    Ok((Arc::new(checkpoint), how))
 }
 
 /// Prints faults and gives their exit code.
@@ -45,13 +75,24 @@ fn tell(faults: &Faults) -> ExitCode {
 }
 
 fn run(args: &Run, words: &[OsString]) -> ExitCode {
-    let plan = match plan(&args.system, false) {
+    let mut how = How { every: args.checkpoint_every.clone(), keep: args.keep_checkpoints.into(), ..how(&args.system) };
+    let mut from = None;
+    let mut out = args.out.clone().unwrap_or_default();
+    if let Some(folder) = &args.resume {
+        match resumed(args, folder) {
+            Ok((checkpoint, then)) => (from, how, out) = (Some(checkpoint), then, folder.clone()),
+            Err(code) => return code,
+        }
+    }
+    let plan = match plan(&how, false) {
         Ok(plan) => plan,
         Err(code) => return code,
     };
+    how.system = std::path::absolute(&how.system).unwrap_or(how.system);
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let options = Options {
-        out: args.out.clone(),
+        out,
+        checkpoints: Checkpoints { how: Some(how), from },
         threads: args.threads.map_or_else(cores, usize::from),
         command: words.iter().map(|w| w.to_string_lossy().into_owned()).collect(),
     };
@@ -85,7 +126,8 @@ fn run(args: &Run, words: &[OsString]) -> ExitCode {
 }
 
 fn check(args: &Check) -> ExitCode {
-    match plan(&args.system, true) {
+    let how = how(&args.system);
+    match plan(&how, true) {
         Ok(plan) => {
             for note in &plan.notes {
                 eprintln!("note: {note}");
@@ -98,7 +140,7 @@ fn check(args: &Check) -> ExitCode {
                 }
                 return run::code_of_failure(first);
             }
-            if inspect::is_fmu(&args.system.system) {
+            if inspect::is_fmu(&how.system) {
                 let text = format!("{}: model {}: no fault\n", plan.file.display(), plan.model(0).model_name);
                 let _ = std::io::stdout().lock().write_all(text.as_bytes());
                 return ExitCode::Done;

@@ -25,6 +25,14 @@ pub trait Algorithm {
     /// # Errors
     /// The failure of a unit.
     fn advance(&mut self, system: &mut System, tick: u64) -> Result<Advance, Failure>;
+
+    /// What it remembers from step to step, for a checkpoint.
+    fn save(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Takes back what [`Algorithm::save`] gave.
+    fn restore(&mut self, _saved: &[f64]) {}
 }
 
 /// The algorithm that a plan asks for.

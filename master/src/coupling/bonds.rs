@@ -113,7 +113,6 @@ impl Bonds {
     }
 
     /// The sums, for a checkpoint.
-    #[allow(dead_code)]
     pub fn sums(&mut self) -> impl Iterator<Item = &mut Energy> {
         self.bonds.iter_mut().map(|b| &mut b.sums)
     }

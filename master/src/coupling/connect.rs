@@ -178,7 +178,6 @@ impl Links {
     }
 
     /// The tracks, for a checkpoint.
-    #[allow(dead_code)]
     pub fn tracks(&mut self) -> impl Iterator<Item = &mut Track> {
         self.tracks.iter_mut().map(|f| &mut f.track)
     }

@@ -53,14 +53,12 @@ impl Track {
     }
 
     /// For a checkpoint: number of known values, then base steps and values.
-    #[allow(dead_code)]
     pub fn to_numbers(&self) -> [f64; 7] {
         let [(t0, y0), (t1, y1), (t2, y2)] = self.last;
         [self.known as f64, t0, y0, t1, y1, t2, y2]
     }
 
     /// The reverse of [`Track::to_numbers`].
-    #[allow(dead_code)]
     pub fn take_numbers(&mut self, n: [f64; 7]) {
         self.known = n[0] as usize;
         self.last = [(n[1], n[2]), (n[3], n[4]), (n[5], n[6])];

@@ -33,6 +33,14 @@ impl Iterated {
 }
 
 impl Algorithm for Iterated {
+    fn save(&self) -> Vec<f64> {
+        self.scale.clone()
+    }
+
+    fn restore(&mut self, saved: &[f64]) {
+        self.scale = saved.to_vec();
+    }
+
     fn advance(&mut self, system: &mut System, tick: u64) -> Result<Advance, Failure> {
         system.carry(tick)?;
         let begin = system.input_values();

@@ -47,6 +47,8 @@ pub struct System {
     pub(super) clockwork: Clockwork,
     /// A unit that ended the run, and the time it had reached (s).
     ended: Option<(usize, f64)>,
+    /// Whether the next read serves every watch, due or not: after a restored state nothing has been read yet.
+    pub(super) read_all: bool,
 }
 
 impl System {
@@ -83,6 +85,7 @@ impl System {
             due: Vec::new(),
             clockwork: Clockwork::default(),
             ended: None,
+            read_all: false,
         }
     }
 
@@ -156,9 +159,11 @@ impl System {
         self.bonds.end(&self.links, self.plan.clock.length(1));
         let carried = Instant::now();
         self.clockwork.coupling += (carried - begin).as_secs_f64();
+        let all = std::mem::take(&mut self.read_all);
         for watch in &mut self.watches {
             let multiple = self.plan.components[watch.member].multiple;
-            if tick.is_multiple_of(multiple) && watch.schedules.iter().any(|s| s.is_due_within(tick, multiple)) {
+            let due = tick.is_multiple_of(multiple) && watch.schedules.iter().any(|s| s.is_due_within(tick, multiple));
+            if due || all {
                 let time = self.plan.clock.time(tick);
                 let member = self.members[watch.member].as_deref_mut();
                 read(&self.plan, watch.member, member, &mut watch.outputs, time)?;

@@ -67,8 +67,15 @@ struct Dataset {
     fields: Vec<FieldSource>,
 }
 
+/// What the writing thread is given.
+enum Job {
+    Write(Arc<Frame>),
+    /// Answer when everything before this is on disk.
+    Answer(SyncSender<()>),
+}
+
 /// The way to the writing thread, and the thread.
-type Writer = (SyncSender<Arc<Frame>>, JoinHandle<Result<(), Error>>);
+type Writer = (SyncSender<Job>, JoinHandle<Result<(), Error>>);
 
 /// All datasets and the thread that writes them.
 pub struct Frames {
@@ -76,24 +83,30 @@ pub struct Frames {
     last: Vec<Option<Arc<Frame>>>,
     writer: Option<Writer>,
     remarks: Vec<String>,
+    /// Times (s) of the frames of each dataset so far.
+    times: Vec<Vec<f64>>,
 }
 
 impl Frames {
-    pub fn new(system: &mut System, folder: &Arc<RunFolder>) -> Result<Self, Failure> {
+    /// `kept` are the times (s) of the frames that an earlier part of the run has written, for each dataset.
+    pub fn new(system: &mut System, folder: &Arc<RunFolder>, kept: Option<&[Vec<f64>]>) -> Result<Self, Failure> {
         let plan = Arc::clone(system.plan());
         let datasets: Vec<Dataset> = plan.recording.vtk.iter().map(|d| dataset(system, &plan, d)).collect();
+        let mut times = kept.map(<[_]>::to_vec).unwrap_or_default();
+        times.resize(datasets.len(), Vec::new());
         let mut writer = None;
         if !datasets.is_empty() {
             // One frame under way and one waiting bound the memory; a run that outpaces the disk waits.
             let (sender, receiver) = sync_channel(1);
-            let (folder, names) = (Arc::clone(folder), datasets.iter().map(|d| d.name.clone()).collect());
+            let folder = Arc::clone(folder);
+            let series = datasets.iter().zip(&times).map(|(d, times)| VtkSeries::new(&d.name).after(times)).collect();
             let thread = std::thread::Builder::new()
                 .name("vtk".into())
-                .spawn(move || write(&folder, names, receiver))
+                .spawn(move || write(&folder, series, receiver))
                 .map_err(|e| Failure::Environment(format!("no thread for writing vtk files: {e}")))?;
             writer = Some((sender, thread));
         }
-        Ok(Self { last: vec![None; datasets.len()], datasets, writer, remarks: Vec::new() })
+        Ok(Self { last: vec![None; datasets.len()], datasets, writer, remarks: Vec::new(), times })
     }
 
     pub fn observe(&mut self, system: &System, tick: u64) -> Result<(), Failure> {
@@ -106,7 +119,8 @@ impl Frames {
                 Ok(frame) => {
                     let frame = Arc::new(frame);
                     self.last[index] = Some(Arc::clone(&frame));
-                    let sent = self.writer.as_ref().is_none_or(|(sender, _)| sender.send(frame).is_ok());
+                    self.times[index].push(frame.time);
+                    let sent = self.writer.as_ref().is_none_or(|(sender, _)| sender.send(Job::Write(frame)).is_ok());
                     if !sent {
                         // The thread has gone: it says why.
                         self.finish()?;
@@ -129,6 +143,20 @@ impl Frames {
 
     pub fn last(&self) -> Vec<Arc<Frame>> {
         self.last.iter().flatten().cloned().collect()
+    }
+
+    /// Waits until all frames so far are on disk; gives their times (s).
+    pub fn save(&mut self) -> Result<&[Vec<f64>], Failure> {
+        let (sender, receiver) = sync_channel(1);
+        let answered = self
+            .writer
+            .as_ref()
+            .is_none_or(|(writer, _)| writer.send(Job::Answer(sender)).is_ok() && receiver.recv().is_ok());
+        if !answered {
+            // The thread has gone: it says why.
+            self.finish()?;
+        }
+        Ok(&self.times)
     }
 
     pub fn finish(&mut self) -> Result<(), Failure> {
@@ -238,9 +266,16 @@ fn spread<T: Copy + Default>(
 }
 
 /// The writing thread.
-fn write(folder: &RunFolder, names: Vec<String>, frames: Receiver<Arc<Frame>>) -> Result<(), Error> {
-    let mut series: Vec<VtkSeries> = names.iter().map(|name| VtkSeries::new(name)).collect();
-    for frame in frames {
+fn write(folder: &RunFolder, mut series: Vec<VtkSeries>, jobs: Receiver<Job>) -> Result<(), Error> {
+    for job in jobs {
+        let frame = match job {
+            Job::Write(frame) => frame,
+            Job::Answer(to) => {
+                // Whoever asked may have gone.
+                let _ = to.send(());
+                continue;
+            }
+        };
         let point_data = frame.fields.iter().map(|(name, components, data)| Field {
             name,
             components: *components,

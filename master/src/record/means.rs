@@ -66,6 +66,27 @@ impl Means {
         }
     }
 
+    /// For a checkpoint: of each mean first time, last time and value, integral; not a number where there is none.
+    pub fn save(&self) -> Vec<[f64; 4]> {
+        let none = f64::NAN;
+        self.means
+            .iter()
+            .map(|m| {
+                let (t, x) = m.last.unwrap_or((none, none));
+                [m.first.unwrap_or(none), t, x, m.integral]
+            })
+            .collect()
+    }
+
+    /// The reverse of [`Means::save`].
+    pub fn restore(&mut self, saved: &[[f64; 4]]) {
+        for (mean, &[first, t, x, integral]) in self.means.iter_mut().zip(saved) {
+            mean.first = (!first.is_nan()).then_some(first);
+            mean.last = (!t.is_nan()).then_some((t, x));
+            mean.integral = integral;
+        }
+    }
+
     /// Means so far; a window that the run did not reach gives no number, one it left early its part.
     pub fn headlines(&self) -> Vec<Headline> {
         let mut heads = self.heads.clone();

@@ -13,10 +13,26 @@ mod rows;
 use std::sync::Arc;
 use std::time::Instant;
 
+use serde::{Deserialize, Serialize};
 use terramech_results::report::SideView;
 use terramech_results::{Headline, RunFolder};
 
 use crate::coupling::{Failure, System};
+
+/// What a checkpoint keeps of the recording. Reals as their bits.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Saved {
+    /// Bytes of `results.csv`.
+    rows: u64,
+    /// Times of the frames written, for each dataset.
+    frames: Vec<Vec<u64>>,
+    /// State of each mean.
+    means: Vec<[u64; 4]>,
+}
+
+fn reals(bits: &[u64]) -> Vec<f64> {
+    bits.iter().map(|b| f64::from_bits(*b)).collect()
+}
 
 /// Observes a run.
 pub struct Recorder {
@@ -27,17 +43,31 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Registers what the plan wants recorded and opens the files. Call it before the first [`System::read`].
+    /// Registers what the plan wants recorded and opens the files, or goes on with those of an earlier part of the run. Call it before
+    /// the first [`System::read`].
     ///
     /// # Errors
     /// [`Failure::Results`].
-    pub fn new(system: &mut System, folder: &Arc<RunFolder>) -> Result<Self, Failure> {
-        Ok(Self {
-            rows: rows::Rows::new(system, folder)?,
-            frames: frames::Frames::new(system, folder)?,
-            means: means::Means::new(system),
-            seconds: 0.0,
-        })
+    pub fn new(system: &mut System, folder: &Arc<RunFolder>, saved: Option<&Saved>) -> Result<Self, Failure> {
+        let rows = rows::Rows::new(system, folder, saved.map(|s| s.rows))?;
+        let times: Option<Vec<Vec<f64>>> = saved.map(|s| s.frames.iter().map(|f| reals(f)).collect());
+        let frames = frames::Frames::new(system, folder, times.as_deref())?;
+        let mut means = means::Means::new(system);
+        if let Some(saved) = saved {
+            means.restore(&saved.means.iter().map(|m| m.map(f64::from_bits)).collect::<Vec<_>>());
+        }
+        Ok(Self { rows, frames, means, seconds: 0.0 })
+    }
+
+    /// Brings everything to disk and gives what is needed to go on from here.
+    ///
+    /// # Errors
+    /// [`Failure::Results`].
+    pub fn save(&mut self) -> Result<Saved, Failure> {
+        let rows = self.rows.save()?;
+        let frames = self.frames.save()?.iter().map(|times| times.iter().map(|t| t.to_bits()).collect()).collect();
+        let means = self.means.save().into_iter().map(|m| m.map(f64::to_bits)).collect();
+        Ok(Saved { rows, frames, means })
     }
 
     /// Records base step `tick`, if something is due.

@@ -13,7 +13,8 @@ pub struct Rows {
 }
 
 impl Rows {
-    pub fn new(system: &mut System, folder: &RunFolder) -> Result<Self, Failure> {
+    /// `kept` is what an earlier part of the run has written (bytes).
+    pub fn new(system: &mut System, folder: &RunFolder, kept: Option<u64>) -> Result<Self, Failure> {
         let plan = std::sync::Arc::clone(system.plan());
         let scalars = &plan.recording.scalars;
         let mut schedules: Vec<Schedule> = scalars.iter().map(|s| Schedule::every(s.every)).collect();
@@ -53,7 +54,11 @@ impl Rows {
             heads.push(Column::real(format!("coupling.{name}.residual"), "J"));
             heads.push(Column::real(format!("coupling.{name}.passed"), "J"));
         }
-        Ok(Self { writer: CsvWriter::create(folder, &heads)?, columns, schedules })
+        let writer = match kept {
+            None => CsvWriter::create(folder, &heads)?,
+            Some(length) => CsvWriter::go_on(folder, &heads, length)?,
+        };
+        Ok(Self { writer, columns, schedules })
     }
 
     pub fn observe(&mut self, system: &System, tick: u64) -> Result<(), Failure> {
@@ -63,6 +68,12 @@ impl Rows {
         let values = self.columns.iter().map(|(id, slot)| value(system.watched(*id), *slot));
         let energies = system.energies().flat_map(|(_, e)| [Value::Real(e.residual), Value::Real(e.passed)]);
         Ok(self.writer.row(system.clock().time(tick), values.chain(energies))?)
+    }
+
+    /// Brings all rows to disk; gives the bytes of the file.
+    pub fn save(&mut self) -> Result<u64, Failure> {
+        self.writer.flush()?;
+        Ok(self.writer.written())
     }
 
     pub fn finish(&mut self) -> Result<(), Failure> {

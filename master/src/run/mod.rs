@@ -7,6 +7,7 @@ mod energy;
 mod exit;
 mod host;
 mod report;
+mod saving;
 mod stop;
 
 use std::path::PathBuf;
@@ -16,6 +17,7 @@ use std::time::Instant;
 use terramech_results::{Headline, LogWriter, Manifest, RunFolder, write_summary};
 
 use crate::check::plan::Plan;
+use crate::checkpoint::{Checkpoint, How};
 use crate::coupling::{Advance, Failure, System, algorithm_of, assemble};
 use crate::loading::Environment;
 use crate::record::Recorder;
@@ -27,6 +29,7 @@ pub use report::{closing, tell};
 pub use stop::Stop;
 
 use host::Host;
+use saving::Saving;
 
 /// How a run is done.
 #[derive(Clone, Debug)]
@@ -37,6 +40,17 @@ pub struct Options {
     pub threads: usize,
     /// The command line, for the manifest.
     pub command: Vec<String>,
+    /// When checkpoints are written.
+    pub checkpoints: Checkpoints,
+}
+
+/// When checkpoints are written, and from which one the run goes on.
+#[derive(Clone, Debug, Default)]
+pub struct Checkpoints {
+    /// How the run was started, kept in each checkpoint. Without it none is written.
+    pub how: Option<How>,
+    /// The checkpoint to go on from.
+    pub from: Option<Arc<Checkpoint>>,
 }
 
 /// How a run ended.
@@ -55,6 +69,8 @@ pub enum End {
     Stopped {
         /// Simulated time (s); `None` during initialisation.
         time: Option<f64>,
+        /// Whether it can be resumed from there.
+        saved: bool,
     },
     /// By a failure.
     Failed(Failure),
@@ -102,16 +118,24 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
     }
 
     let mut state = State { system: None, recorder: None, reached: None };
+    let mut saving = Saving::new(&plan, options, begin)?;
+    let from = options.checkpoints.from.as_deref();
     let result = state.start(&plan, options, &host).and_then(|()| {
-        folder.begin()?;
+        let log = if from.is_some() {
+            folder.go_on();
+            LogWriter::go_on(&folder)?
+        } else {
+            folder.begin()?;
+            LogWriter::create(&folder)?
+        };
         manifest.write(&folder)?;
-        host.open_log(LogWriter::create(&folder)?)?;
-        state.go(&plan, &folder, &host, stop)
+        host.open_log(log)?;
+        state.go(&plan, &folder, &host, stop, &mut saving)
     });
     let mut end = match result {
         Ok(end) => end,
         // A unit that was asked to stop fails the call it was in.
-        Err(Failure::Unit(_)) if stop.is_asked() => End::Stopped { time: state.reached },
+        Err(Failure::Unit(_)) if stop.is_asked() => End::Stopped { time: state.reached, saved: false },
         Err(failure) => End::Failed(failure),
     };
     let finished = state.finish(&host);
@@ -125,7 +149,7 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
     let mut headlines = recorder.map(Recorder::headlines).unwrap_or_default();
     let bonds = state.system.as_ref().filter(|_| recorder.is_some()).map(energy::bonds).unwrap_or_default();
     headlines.extend(bonds.iter().map(BondEnergy::headline));
-    manifest.wall_seconds = begin.elapsed().as_secs_f64();
+    manifest.wall_seconds = saving.wall_seconds();
     manifest.simulated_seconds = state.reached.map_or(0.0, |t| t - plan.clock.start.to_f64());
     if let Some(system) = &state.system {
         report::timings(&mut manifest, system, state.recorder.as_ref());
@@ -160,28 +184,54 @@ impl State {
         let environment: Arc<dyn Environment> = Arc::clone(host) as Arc<dyn Environment>;
         let system = self.system.insert(assemble(Arc::clone(plan), options.threads, true, &environment)?);
         host.initialising();
-        system.initialise()
+        match &options.checkpoints.from {
+            None => system.initialise(),
+            Some(checkpoint) => {
+                checkpoint.fits(plan)?;
+                system.restore(&checkpoint.units, &checkpoint.header.coupling)
+            }
+        }
     }
 
     /// Steps them to the end.
-    fn go(&mut self, plan: &Arc<Plan>, folder: &Arc<RunFolder>, host: &Arc<Host>, stop: &Stop) -> Result<End, Failure> {
+    fn go(
+        &mut self,
+        plan: &Arc<Plan>,
+        folder: &Arc<RunFolder>,
+        host: &Arc<Host>,
+        stop: &Stop,
+        saving: &mut Saving,
+    ) -> Result<End, Failure> {
         let Some(system) = &mut self.system else { return Err(Failure::Environment("no units".into())) };
-        let recorder = self.recorder.insert(Recorder::new(system, folder)?);
+        let from = saving.from();
+        let recorder = self.recorder.insert(Recorder::new(system, folder, from.map(|c| &c.header.recording))?);
         let begin = Instant::now();
         let mut algorithm = algorithm_of(plan);
         host.running(plan.clock);
-        let mut tick = 0;
+        let mut tick = from.map_or(0, |c| c.header.tick);
+        if let Some(c) = from {
+            algorithm.restore(&c.header.algorithm.iter().map(|b| f64::from_bits(*b)).collect::<Vec<_>>());
+        }
+        let mut first = from.is_some();
         let end = loop {
             let time = plan.clock.time(tick);
             host.at(time, tick);
             system.read(tick)?;
-            recorder.observe(system, tick)?;
+            // What was recorded at the checkpoint is there already.
+            if !std::mem::take(&mut first) {
+                recorder.observe(system, tick)?;
+            }
             self.reached = Some(time);
             if tick >= plan.clock.steps {
                 break End::Done;
             }
-            if stop.is_asked() {
-                break End::Stopped { time: Some(time) };
+            let stopping = stop.is_asked();
+            if saving.is_due(tick, stopping) && system.all_due(tick) {
+                saving.write(folder, system, recorder, algorithm.as_ref(), tick)?;
+            }
+            // With units of different steps, a few more lead to where the run can be resumed.
+            if stopping && (saving.is_at(tick) || !saving.is_due(tick, true)) {
+                break End::Stopped { time: Some(time), saved: saving.is_at(tick) };
             }
             match algorithm.advance(system, tick) {
                 Ok(Advance::To(next)) => tick = next,

@@ -97,8 +97,11 @@ pub fn tell(end: &End) -> String {
     match end {
         End::Done => "done".into(),
         End::EndedBy { unit, time } => format!("unit {unit} ended the run by itself at t = {time} s"),
-        End::Stopped { time: Some(time) } => format!("stopped on request at t = {time} s"),
-        End::Stopped { time: None } => "stopped on request during initialisation; nothing was written".into(),
+        End::Stopped { time: Some(time), saved: true } => {
+            format!("stopped on request at t = {time} s; `terramech run --resume OUT` goes on from there")
+        }
+        End::Stopped { time: Some(time), saved: false } => format!("stopped on request at t = {time} s"),
+        End::Stopped { time: None, .. } => "stopped on request during initialisation; nothing was written".into(),
         End::Failed(failure) => failure.to_string(),
     }
 }

@@ -30,6 +30,16 @@ impl VtkSeries {
         VtkSeries { precision: Precision::Double, ..self }
     }
 
+    /// The same series with frames at these times (s) written already, by an earlier part of the run.
+    pub fn after(mut self, times: &[f64]) -> VtkSeries {
+        self.frames = times.iter().enumerate().map(|(i, t)| (*t, self.file(i))).collect();
+        self
+    }
+
+    fn file(&self, frame: usize) -> String {
+        format!("{}_{frame:06}.vtp", self.name)
+    }
+
     /// Number of frames written.
     pub fn frames(&self) -> usize {
         self.frames.len()
@@ -40,7 +50,7 @@ impl VtkSeries {
     /// # Errors
     /// Those of [`PolyData::encode`] and [`RunFolder::write_with`].
     pub fn write(&mut self, folder: &RunFolder, time: f64, data: &PolyData) -> Result<()> {
-        let file = format!("{}_{:06}.vtp", self.name, self.frames.len());
+        let file = self.file(self.frames.len());
         folder.write(&format!("vtk/{file}"), &data.encode(&self.name, self.precision)?)?;
         self.frames.push((time, file));
         let pvd = format!("vtk/{}.pvd", self.name);

@@ -1,0 +1,76 @@
+//! The state of the coupled system as data.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Failure, Moment, System};
+
+/// The state of one unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnitState {
+    /// Name of the component.
+    pub name: String,
+    /// GUID of its model.
+    pub guid: String,
+    /// `fmi2SerializeFMUstate`.
+    pub bytes: Vec<u8>,
+    /// Number of steps so far.
+    pub calls: u64,
+}
+
+/// What the coupling itself remembers from step to step. Reals as their bits.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CouplingState {
+    tracks: Vec<[u64; 7]>,
+    energies: Vec<[u64; 2]>,
+}
+
+impl System {
+    /// Whether all units communicate at this base step: only then is everything that a run needs in the units' states.
+    pub fn all_due(&self, tick: u64) -> bool {
+        (0..self.members.len()).all(|u| self.is_due(u, tick))
+    }
+
+    /// The whole state at a communication point of all units, after [`System::read`]. Changes nothing.
+    ///
+    /// # Errors
+    /// A unit that cannot be saved.
+    pub fn save(&mut self, tick: u64) -> Result<(Vec<UnitState>, CouplingState), Failure> {
+        let mut units = Vec::with_capacity(self.members.len());
+        for (index, member) in self.members.iter_mut().enumerate() {
+            let Some(member) = member.as_deref_mut() else { continue };
+            let time = self.plan.clock.time(tick);
+            let bytes = member.instance.save().map_err(|e| Failure::unit(e, Moment::At(time), "saving its state"))?;
+            let name = self.plan.components[index].name.clone();
+            let guid = self.plan.model(index).guid.clone();
+            units.push(UnitState { name, guid, bytes, calls: member.calls });
+        }
+        let coupling = CouplingState {
+            tracks: self.links.tracks().map(|t| t.to_numbers().map(f64::to_bits)).collect(),
+            energies: self.bonds.sums().map(|e| [e.residual.to_bits(), e.passed.to_bits()]).collect(),
+        };
+        Ok((units, coupling))
+    }
+
+    /// Puts fresh units into a saved state, instead of [`System::initialise`].
+    ///
+    /// # Errors
+    /// A unit that does not take its state.
+    pub fn restore(&mut self, units: &[UnitState], coupling: &CouplingState) -> Result<(), Failure> {
+        for (member, unit) in self.members.iter_mut().zip(units) {
+            let Some(member) = member.as_deref_mut() else { continue };
+            member
+                .instance
+                .restore(&unit.bytes)
+                .map_err(|e| Failure::unit(e, Moment::Initialising, "its saved state"))?;
+            member.calls = unit.calls;
+        }
+        self.read_all = true;
+        for (track, bits) in self.links.tracks().zip(&coupling.tracks) {
+            track.take_numbers(bits.map(f64::from_bits));
+        }
+        for (energy, bits) in self.bonds.sums().zip(&coupling.energies) {
+            (energy.residual, energy.passed) = (f64::from_bits(bits[0]), f64::from_bits(bits[1]));
+        }
+        Ok(())
+    }
+}
