@@ -4,6 +4,7 @@ use super::AncfError;
 use super::kernel::{self, Loads, TangentWeights};
 use super::mesh::{NODE, ShellMesh};
 use super::strain::COORDS;
+use super::team::Team;
 use terramech_mechanics::sparse::{Precision, SymmetricPattern, SymmetricSolver, block_order};
 use terramech_simd::{Kernel, Lanes, active, dispatch};
 
@@ -31,7 +32,14 @@ pub struct Assembly {
     scatter: Vec<[[u32; 4]; 4]>,
     values: Vec<f64>,
     solver: SymmetricSolver,
+    team: Team,
+    /// Tangents of the elements under way.
+    tangents: Vec<[[f64; COORDS]; COORDS]>,
 }
+
+/// Elements whose tangents are computed before they are scattered: they stay in the cache.
+const ELEMENTS_AT_ONCE: usize = 64;
+const ELEMENTS_PER_TASK: usize = 8;
 
 impl Assembly {
     /// Analyses the mesh with the given constraints, one per node.
@@ -98,8 +106,15 @@ impl Assembly {
             column_start,
             scatter,
             values: vec![0.0; rows.row_idx().len()],
+            team: Team::default(),
+            tangents: vec![[[0.0; COORDS]; COORDS]; ELEMENTS_AT_ONCE],
             solver: SymmetricSolver::new(rows, Some(&order), precision)?,
         })
+    }
+
+    /// Lets a team do the element work.
+    pub fn set_team(&mut self, team: Team) {
+        self.team = team;
     }
 
     /// Rows of the free system.
@@ -175,7 +190,19 @@ impl Assembly {
         extra: &[(u32, [[f64; 3]; 3])],
     ) {
         self.values.fill(0.0);
-        dispatch(active(), Tangents { assembly: self, mesh, loads, q, weights });
+        let mut tangents = std::mem::take(&mut self.tangents);
+        for first in (0..mesh.shells().len()).step_by(ELEMENTS_AT_ONCE) {
+            let count = ELEMENTS_AT_ONCE.min(mesh.shells().len() - first);
+            self.team.chunks(&mut tangents[..count], ELEMENTS_PER_TASK, |task, out| {
+                let first = first + ELEMENTS_PER_TASK * task;
+                dispatch(active(), Tangents { mesh, loads, q, weights, first, out });
+            });
+            for (e, k) in (first..).zip(&tangents[..count]) {
+                let blocks = mesh.shells()[e].nodes.map(|n| self.block_of[n as usize]);
+                self.scatter_element(e, blocks, k);
+            }
+        }
+        self.tangents = tangents;
         for (node, block) in extra {
             let column = self.block_of[*node as usize];
             if column != NONE {
@@ -253,13 +280,14 @@ impl Assembly {
     }
 }
 
-/// The element work of [`Assembly::assemble`].
+/// The element work of [`Assembly::assemble`]: tangents of the elements from `first` on.
 struct Tangents<'a> {
-    assembly: &'a mut Assembly,
     mesh: &'a ShellMesh,
     loads: &'a Loads,
     q: &'a [f64],
     weights: &'a TangentWeights,
+    first: usize,
+    out: &'a mut [[[f64; COORDS]; COORDS]],
 }
 
 impl Kernel for Tangents<'_> {
@@ -267,16 +295,13 @@ impl Kernel for Tangents<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        for (e, shell) in self.mesh.shells().iter().enumerate() {
+        for (e, out) in (self.first..).zip(self.out) {
             let mut local = [0.0; COORDS];
-            let mut blocks = [0; 4];
             for corner in 0..4 {
-                let node = shell.nodes[corner] as usize;
+                let node = self.mesh.shells()[e].nodes[corner] as usize;
                 local[NODE * corner..NODE * corner + NODE].copy_from_slice(&self.q[NODE * node..NODE * node + NODE]);
-                blocks[corner] = self.assembly.block_of[node];
             }
-            let k = kernel::tangent::<L>(self.mesh.kind(e), self.loads, &local, None, self.weights);
-            self.assembly.scatter_element(e, blocks, &k);
+            *out = kernel::tangent::<L>(self.mesh.kind(e), self.loads, &local, None, self.weights);
         }
     }
 }

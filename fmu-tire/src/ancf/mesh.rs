@@ -1,15 +1,21 @@
 //! A body of shells: nodes, elements grouped by type, and the forces of all of them.
 
 use super::AncfError;
+use super::batch::{Batch, BatchForces, Momentum};
 use super::element::ElementType;
 use super::kernel::{self, Loads};
 use super::laminate::Laminate;
 use super::strain::COORDS;
+use super::team::Team;
 use std::collections::BTreeMap;
-use terramech_simd::{Kernel, Lanes, WIDTH, active, dispatch};
+use terramech_simd::{WIDTH, active, dispatch};
 
 /// Coordinates per node: position, director.
 pub const NODE: usize = 6;
+
+/// What one task of a team does: a whole number of microseconds' work.
+const BATCHES_PER_TASK: usize = 20;
+const NODES_PER_TASK: usize = 500;
 
 /// Faulty elements named in one message.
 const FAULTS_TOLD: usize = 8;
@@ -23,30 +29,32 @@ pub struct Shell {
     pub laminate: u32,
 }
 
-/// Up to eight elements of one type.
-#[derive(Debug, Clone, Copy)]
-struct Batch {
-    kind: u32,
-    /// Padded by repeating the last element; only the first `count` lanes are read back.
-    elements: [u32; WIDTH],
-}
-
 /// Shells with their reference shape. Immutable; states live outside.
 #[derive(Debug, Clone)]
 pub struct ShellMesh {
     reference: Vec<f64>,
-    shells: Vec<Shell>,
-    kinds: Vec<ElementType>,
+    pub(super) shells: Vec<Shell>,
+    pub(super) kinds: Vec<ElementType>,
     kind_of: Vec<u32>,
-    batches: Vec<Batch>,
+    pub(super) batches: Vec<Batch>,
     /// Places of a node's force contributions in the batch buffer, in ascending order of element: the canonical order of sums.
     places: Vec<u32>,
     place_start: Vec<u32>,
 }
 
-/// Memory for [`ShellMesh::forces`], kept between calls.
+/// Memory for [`ShellMesh::forces`], kept between calls, and the threads it may run on.
 #[derive(Debug, Clone, Default)]
-pub struct ForceBuffer(Vec<[f64; WIDTH]>);
+pub struct ForceBuffer {
+    values: Vec<[f64; WIDTH]>,
+    team: Team,
+}
+
+impl ForceBuffer {
+    /// Memory that lets a team do the work.
+    pub fn with_team(team: Team) -> Self {
+        Self { values: Vec::new(), team }
+    }
+}
 
 impl ShellMesh {
     /// Takes the nodes' reference coordinates (6 per node: position m, unit director), the elements and the laminates they name.
@@ -143,19 +151,29 @@ impl ShellMesh {
         force: &mut [f64],
         inertia: &mut [f64],
     ) {
-        buffer.0.resize(self.batches.len() * 2 * COORDS, [0.0; WIDTH]);
-        dispatch(active(), BatchForces { mesh: self, loads, q, v, a, buffer: &mut buffer.0 });
-        for node in 0..self.node_count() {
-            let (mut f, mut m) = ([0.0; NODE], [0.0; NODE]);
+        let ForceBuffer { values, team } = buffer;
+        values.resize(self.batches.len() * 2 * COORDS, [0.0; WIDTH]);
+        team.chunks(values, 2 * COORDS * BATCHES_PER_TASK, |task, buffer| {
+            let first = task * BATCHES_PER_TASK;
+            let batches = &self.batches[first..first + buffer.len() / (2 * COORDS)];
+            dispatch(active(), BatchForces { mesh: self, batches, loads, q, v, a, buffer });
+        });
+        let sum = |node: usize, first: usize, out: &mut [f64]| {
+            let mut f = [0.0; NODE];
             for &place in &self.places[self.place_start[node] as usize..self.place_start[node + 1] as usize] {
-                let (first, lane) = (place as usize / WIDTH, place as usize % WIDTH);
+                let (slot, lane) = (place as usize / WIDTH, place as usize % WIDTH);
                 for k in 0..NODE {
-                    f[k] += buffer.0[first + k][lane];
-                    m[k] += buffer.0[first + COORDS + k][lane];
+                    f[k] += values[first + slot + k][lane];
                 }
             }
-            force[NODE * node..NODE * node + NODE].copy_from_slice(&f);
-            inertia[NODE * node..NODE * node + NODE].copy_from_slice(&m);
+            out.copy_from_slice(&f);
+        };
+        for (first, out) in [(0, force), (COORDS, inertia)] {
+            team.chunks(out, NODE * NODES_PER_TASK, |task, out| {
+                for (k, out) in out.chunks_exact_mut(NODE).enumerate() {
+                    sum(task * NODES_PER_TASK + k, first, out);
+                }
+            });
         }
     }
 
@@ -185,33 +203,7 @@ impl ShellMesh {
 
     /// Momentum (kg m/s), angular momentum about `about` (kg m2/s) and first moment of mass (kg m) of all elements.
     pub fn momentum(&self, q: &[f64], v: &[f64], about: &[f64; 3]) -> [[f64; 3]; 3] {
-        let mut out = [[0.0; 3]; 3];
-        for e in 0..self.shells.len() {
-            let (mut x, u) = (gather(q, &self.shells[e].nodes), gather(v, &self.shells[e].nodes));
-            for corner in 0..4 {
-                (0..3).for_each(|k| x[NODE * corner + k] -= about[k]);
-            }
-            let mass = &self.kind(e).mass;
-            for i in 0..8 {
-                let (mut p, mut first) = ([0.0; 3], [0.0; 3]);
-                for j in 0..8 {
-                    for k in 0..3 {
-                        p[k] += mass[i][j] * u[3 * j + k];
-                        first[k] += mass[i][j] * x[3 * j + k];
-                    }
-                }
-                let arm = [x[3 * i], x[3 * i + 1], x[3 * i + 2]];
-                let turn = super::strain::cross(&arm, &p);
-                for k in 0..3 {
-                    out[1][k] += turn[k];
-                    if i % 2 == 0 {
-                        out[0][k] += p[k];
-                        out[2][k] += first[k];
-                    }
-                }
-            }
-        }
-        out
+        dispatch(active(), Momentum { mesh: self, q, v, about })
     }
 
     /// The first element whose volume at its centre is below `least` of the reference volume, with that ratio.
@@ -225,64 +217,10 @@ impl ShellMesh {
     }
 }
 
-/// The element work of [`ShellMesh::forces`].
-struct BatchForces<'a> {
-    mesh: &'a ShellMesh,
-    loads: &'a Loads,
-    q: &'a [f64],
-    v: &'a [f64],
-    a: &'a [f64],
-    buffer: &'a mut [[f64; WIDTH]],
-}
-
-impl Kernel for BatchForces<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        for (batch, target) in self.mesh.batches.iter().zip(self.buffer.chunks_exact_mut(2 * COORDS)) {
-            let mut nodes = [[0; 4]; WIDTH];
-            for lane in 0..WIDTH {
-                nodes[lane] = self.mesh.shells[batch.elements[lane] as usize].nodes;
-            }
-            let (f, m) = kernel::force::<L>(
-                &self.mesh.kinds[batch.kind as usize],
-                self.loads,
-                &gather_lanes(self.q, &nodes),
-                &gather_lanes(self.v, &nodes),
-                &gather_lanes(self.a, &nodes),
-            );
-            for c in 0..COORDS {
-                f[c].store(&mut target[c]);
-                m[c].store(&mut target[COORDS + c]);
-            }
-        }
-    }
-}
-
 /// Coordinates of an element out of those of all nodes.
 #[inline(always)]
 pub fn gather(q: &[f64], nodes: &[u32; 4]) -> [f64; COORDS] {
     std::array::from_fn(|c| q[NODE * nodes[c / NODE] as usize + c % NODE])
-}
-
-#[inline(always)]
-fn gather_lanes<L: Lanes>(q: &[f64], nodes: &[[u32; 4]; WIDTH]) -> [L; COORDS] {
-    let mut lanes = [[0.0; WIDTH]; COORDS];
-    for lane in 0..WIDTH {
-        for corner in 0..4 {
-            let first = NODE * nodes[lane][corner] as usize;
-            let source = &q[first..first + NODE];
-            for k in 0..NODE {
-                lanes[NODE * corner + k][lane] = source[k];
-            }
-        }
-    }
-    let mut out = [L::splat(0.0); COORDS];
-    for c in 0..COORDS {
-        out[c] = L::load(&lanes[c]);
-    }
-    out
 }
 
 /// Base vectors' triple product at the centre, m3.
@@ -324,7 +262,7 @@ fn batches(kind_of: &[u32], kinds: usize) -> Vec<Batch> {
     for (kind, members) in by_kind.iter().enumerate() {
         for chunk in members.chunks(WIDTH) {
             let elements = std::array::from_fn(|k| chunk[k.min(chunk.len() - 1)]);
-            batches.push(Batch { kind: kind as u32, elements });
+            batches.push(Batch { kind: kind as u32, elements, count: chunk.len() as u32 });
         }
     }
     batches

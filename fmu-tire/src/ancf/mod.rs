@@ -18,13 +18,14 @@
 //! |---|---|
 //! | [`material`], [`laminate`] | engineering constants, layers |
 //! | [`element`], [`strain`], [`kernel`] | the shell |
-//! | [`mesh`], [`assembly`] | many shells: forces, tangent, sparse scatter |
+//! | [`mesh`], [`assembly`], [`team`] | many shells: forces, tangent, sparse scatter, threads |
 //! | [`statics`], [`hht`], [`secant`] | equilibrium, time integration, its quasi-Newton memory |
 //! | [`spec`], [`profile`], [`geometry`], [`inflate`] | the tire: specification, mesh, inflation |
 //! | [`plane`], [`rim`], [`tire`] | ground of its own, rim's motion, the tire on a wheel |
 //! | [`variables`], [`FlexibleTireUnit`] | the unit `tire_ancf` |
 
 pub mod assembly;
+mod batch;
 pub mod element;
 pub mod error;
 pub mod external;
@@ -42,6 +43,7 @@ pub mod secant;
 pub mod spec;
 pub mod statics;
 pub mod strain;
+pub mod team;
 pub mod tire;
 mod unit;
 pub mod variables;

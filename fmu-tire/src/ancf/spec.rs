@@ -154,7 +154,7 @@ pub struct Integrator {
 
 impl Default for Integrator {
     fn default() -> Self {
-        Self { alpha: -0.2, step: 4e-5, tolerance: 1e-8, iterations: 12 }
+        Self { alpha: -0.2, step: 4e-5, tolerance: 1e-7, iterations: 12 }
     }
 }
 

@@ -43,11 +43,13 @@ pub struct StaticOptions {
     pub tolerance: f64,
     /// Iterations per increment.
     pub iterations: usize,
+    /// Steps of [descent](solve) tried when Newton fails; 0: neither search nor descent.
+    pub descent: usize,
 }
 
 impl Default for StaticOptions {
     fn default() -> Self {
-        Self { first: 0.05, largest: 0.1, least: 1e-5, tolerance: 1e-9, iterations: 25 }
+        Self { first: 0.05, largest: 0.1, least: 1e-5, tolerance: 1e-9, iterations: 25, descent: 0 }
     }
 }
 
@@ -58,8 +60,13 @@ pub struct StaticCost {
     pub increments: usize,
     /// Newton iterations, failed attempts included.
     pub iterations: usize,
+    /// Steps of descent.
+    pub descent: usize,
 }
 
+/// Where Newton fails, it is tried again with a search along each correction; then (a fold, a sidewall that snaps) the state may move on as if in a thick liquid, `(M/h^2 + K) dq = F` with h growing as it
+/// comes to rest: an implicit descent that ends in a stable equilibrium, which Newton then finishes.
+///
 /// Finds equilibrium at each load factor of `stops` (ascending) in turn, starting from `q` at load factor `from`, and calls `at` there.
 /// `q` holds the last state found.
 ///
@@ -81,14 +88,22 @@ pub fn solve(
         while factor < stop {
             let next = if factor + increment * 1.000_001 > stop { stop } else { factor + increment };
             work.saved.copy_from_slice(q);
-            let (iterations, correction) = newton(problem, assembly, q, next, options, &mut work)?;
+            let (mut iterations, mut correction) = newton(problem, assembly, q, next, options, &mut work, false)?;
             cost.iterations += iterations;
+            if correction > options.tolerance && options.descent > 0 {
+                q.copy_from_slice(&work.saved);
+                (iterations, correction) = newton(problem, assembly, q, next, options, &mut work, true)?;
+                cost.iterations += iterations;
+            }
             if correction <= options.tolerance {
                 factor = next;
                 cost.increments += 1;
                 if iterations * 3 < options.iterations {
                     increment = (increment * 1.5).min(options.largest);
                 }
+            } else if relax(problem, assembly, q, next, options, &mut work, &mut cost)? {
+                factor = next;
+                cost.increments += 1;
             } else {
                 q.copy_from_slice(&work.saved);
                 increment = 0.5 * (next - factor).min(increment);
@@ -108,6 +123,60 @@ pub fn solve(
     Ok(cost)
 }
 
+/// Shortest and longest time step of the descent, s.
+const DESCENT: (f64, f64) = (1e-5, 1.0);
+/// A step of the descent moves no point further, m.
+const FURTHEST: f64 = 4e-3;
+
+/// Descends to equilibrium at a load factor, from the last good state; false if it does not get there.
+fn relax(
+    problem: &StaticProblem<'_>,
+    assembly: &mut Assembly,
+    q: &mut [f64],
+    factor: f64,
+    options: &StaticOptions,
+    work: &mut Work,
+    cost: &mut StaticCost,
+) -> Result<bool, AncfError> {
+    q.copy_from_slice(&work.saved);
+    let loads = Loads { damping: 0.0, pressure: problem.body_factor(factor) * problem.pressure };
+    let mut h = 1e-3;
+    let mut blocks = Vec::new();
+    for _ in 0..options.descent {
+        cost.descent += 1;
+        let weights =
+            TangentWeights { stiffness: 1.0, velocity: 0.0, mass: 1.0 / (h * h), pressure: true, geometric: true };
+        residual(problem, assembly, q, factor, work);
+        blocks.clear();
+        problem.external.add_tangent(factor, 1.0, 0.0, q, &work.zero, &mut blocks);
+        assembly.factor(problem.mesh, &loads, q, &weights, &blocks)?;
+        assembly.solve(&mut work.free);
+        let correction = correction_norm(problem.mesh, assembly, &work.free);
+        // Uphill, or further than the tangent can be trusted: a shorter step.
+        if !(correction <= FURTHEST) || assembly.solver().negative_pivots() > 0 {
+            h *= 0.3;
+            if h < DESCENT.0 {
+                return Ok(false);
+            }
+            continue;
+        }
+        assembly.add_to(q, 1.0, &work.free);
+        if h >= 1e-2 && correction < 1e-5 {
+            let here = q.to_vec();
+            let (iterations, correction) = newton(problem, assembly, q, factor, options, work, true)?;
+            cost.iterations += iterations;
+            if correction <= options.tolerance {
+                return Ok(true);
+            }
+            q.copy_from_slice(&here);
+        }
+        if correction < 0.25 * FURTHEST {
+            h = (h * 2.0).min(DESCENT.1);
+        }
+    }
+    Ok(false)
+}
+
 struct Work {
     saved: Vec<f64>,
     zero: Vec<f64>,
@@ -115,6 +184,7 @@ struct Work {
     force: Vec<f64>,
     inertia: Vec<f64>,
     free: Vec<f64>,
+    residual: Vec<f64>,
     buffer: ForceBuffer,
 }
 
@@ -128,6 +198,7 @@ impl Work {
             force: vec![0.0; n],
             inertia: vec![0.0; n],
             free: vec![0.0; assembly.len()],
+            residual: vec![0.0; assembly.len()],
             buffer: ForceBuffer::default(),
         }
     }
@@ -147,7 +218,7 @@ fn residual(problem: &StaticProblem<'_>, assembly: &Assembly, q: &[f64], factor:
     assembly.restrict(&work.force, &mut work.free);
 }
 
-/// Iterations done and the last correction, m; infinite if it diverged.
+/// Iterations done and the last correction, m; infinite if it diverged. `careful`: with a search along each correction.
 fn newton(
     problem: &StaticProblem<'_>,
     assembly: &mut Assembly,
@@ -155,6 +226,7 @@ fn newton(
     factor: f64,
     options: &StaticOptions,
     work: &mut Work,
+    careful: bool,
 ) -> Result<(usize, f64), AncfError> {
     let loads = Loads { damping: 0.0, pressure: problem.body_factor(factor) * problem.pressure };
     let weights = TangentWeights { stiffness: 1.0, velocity: 0.0, mass: 0.0, pressure: true, geometric: true };
@@ -162,6 +234,7 @@ fn newton(
     let mut blocks = Vec::new();
     for iteration in 1..=options.iterations {
         residual(problem, assembly, q, factor, work);
+        work.residual.copy_from_slice(&work.free);
         blocks.clear();
         problem.external.add_tangent(factor, 1.0, 0.0, q, &work.zero, &mut blocks);
         assembly.factor(problem.mesh, &loads, q, &weights, &blocks)?;
@@ -170,12 +243,47 @@ fn newton(
         if !correction.is_finite() {
             return Ok((iteration, f64::INFINITY));
         }
-        assembly.add_to(q, 1.0, &work.free);
+        if careful {
+            search(problem, assembly, q, factor, work);
+        } else {
+            assembly.add_to(q, 1.0, &work.free);
+        }
         if correction <= options.tolerance {
             return Ok((iteration, correction));
         }
     }
     Ok((options.iterations, correction))
+}
+
+/// Moves along the correction in `work.free` to where the force along it has fallen to half, or by the whole of it: nodes that touch and leave
+/// the ground from one iteration to the next would keep Newton swinging. `work.residual` holds the forces at `q`.
+fn search(problem: &StaticProblem<'_>, assembly: &Assembly, q: &mut [f64], factor: f64, work: &mut Work) {
+    const TRIES: usize = 5;
+    let direction = work.free.clone();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let start = dot(&direction, &work.residual);
+    let mut taken = 1.0;
+    assembly.add_to(q, 1.0, &direction);
+    // A direction against the force comes of an indefinite tangent: nothing to search for.
+    if start > 0.0 {
+        let (mut low, mut at_low, mut high) = (0.0, start, f64::INFINITY);
+        for _ in 0..TRIES {
+            residual(problem, assembly, q, factor, work);
+            let slope = dot(&direction, &work.free);
+            if slope >= -0.5 * start && (slope <= 0.5 * start || taken >= 1.0) {
+                break;
+            }
+            if slope < 0.0 || slope.is_nan() {
+                high = taken;
+            } else {
+                (low, at_low) = (taken, slope);
+            }
+            let guess = low + (high - low) * if slope < 0.0 { at_low / (at_low - slope) } else { 0.5 };
+            let next = if guess.is_finite() { guess.clamp(low + 0.1 * (high - low), high) } else { 0.5 * (low + high) };
+            assembly.add_to(q, next - taken, &direction);
+            taken = next;
+        }
+    }
 }
 
 /// Largest movement of a material point in a correction over the free coordinates, m: of mid-surface or face.

@@ -4,6 +4,7 @@ use super::AncfError;
 use super::plane::Plane;
 use super::spec::FlexibleTire;
 use super::statics::StaticOptions;
+use super::team::Team;
 use super::tire::{SavedTire, Tire, Wrench};
 use super::variables::Variables;
 use serde::{Deserialize, Serialize};
@@ -53,8 +54,9 @@ impl FlexibleTireUnit {
             .ok_or_else(|| UnitError::input("the tire has not been made: initialization mode comes first"))
     }
 
-    fn make(&mut self, spec: &FlexibleTire, gravity: f64) -> Result<(), UnitError> {
+    fn make(&mut self, spec: &FlexibleTire, gravity: f64, threads: i32) -> Result<(), UnitError> {
         let mut tire = Tire::new(spec, Precision::Single)?;
+        tire.set_team(&Team::new(threads.max(1) as usize)?);
         tire.gravity = [0.0, 0.0, gravity];
         self.volume = tire.volume();
         self.areas = tire.node_areas();
@@ -129,7 +131,7 @@ impl Unit for FlexibleTireUnit {
             host,
         )?;
         let gravity = v.get([self.vars.gravity])[0];
-        self.make(&spec.value, gravity).map_err(|e| match e {
+        self.make(&spec.value, gravity, v[self.vars.common.threads]).map_err(|e| match e {
             UnitError::Input(text) => UnitError::input(format!("{}: {text}", spec.origin)),
             other => other,
         })?;
@@ -153,7 +155,7 @@ impl Unit for FlexibleTireUnit {
         triangles.extend(tire.mesh.triangles.iter().flatten().map(|&n| n as i32));
         *v.reals_mut(vars.mesh_compliance) = tire.compliance(step);
         v.lock(
-            [vars.common.specification.vr(), vars.gravity.vr()],
+            [vars.common.specification.vr(), vars.common.threads.vr(), vars.gravity.vr()],
             "the tire has been made from it when initialization mode began",
         );
         Ok(())
@@ -235,11 +237,11 @@ impl Unit for FlexibleTireUnit {
         state::to_bytes(&Saved { tire, touching: self.touching })
     }
 
-    fn restore(&mut self, _: &mut Values, bytes: &[u8]) -> Result<(), UnitError> {
+    fn restore(&mut self, v: &mut Values, bytes: &[u8]) -> Result<(), UnitError> {
         let saved: Saved = state::from_bytes(bytes)?;
         self.tire = None;
         if let Some((spec, gravity, inner)) = saved.tire {
-            self.make(&spec, gravity)?;
+            self.make(&spec, gravity, v[self.vars.common.threads])?;
             self.tire()?.restore(inner)?;
         }
         self.touching = saved.touching;

@@ -7,28 +7,34 @@
 //! the largest movement of a material point still to come, in metres: the last correction `c` times `rho/(1 - rho)`, `rho` the
 //! contraction seen. `rho` is measured again at least every [`REMEASURE`] steps by a second iteration.
 
-use super::AncfError;
-use super::assembly::Assembly;
-use super::external::{Block, External};
-use super::kernel::{Loads, TangentWeights};
-use super::mesh::{ForceBuffer, NODE, ShellMesh};
-use super::secant::Secant;
-use super::statics::correction_norm;
-use nalgebra::{Matrix3, Vector3};
+mod tangent;
+
+pub use tangent::KeptTangent;
+
+use crate::ancf::AncfError;
+use crate::ancf::assembly::Assembly;
+use crate::ancf::external::External;
+use crate::ancf::kernel::{Loads, TangentWeights};
+use crate::ancf::mesh::{ForceBuffer, NODE, ShellMesh};
+use crate::ancf::secant::Secant;
+use crate::ancf::statics::correction_norm;
+use crate::ancf::team::Team;
+use nalgebra::Matrix3;
 
 /// Steps after which the contraction is measured again.
 pub const REMEASURE: usize = 16;
 /// Iterations beyond which the tangent is renewed before the next step.
 const MANY: usize = 5;
 /// Contraction below which one iteration may be enough.
-const SLOW: f64 = 0.2;
+const SLOW: f64 = 0.7;
 /// Contraction is taken to be no better than this: a stiff mode that the old tangent hardly damps hides behind the many that it does.
 const DOUBT: f64 = 0.05;
-/// A residual that falls to more than this share makes a secant pair.
-const STALE: f64 = 0.05;
 /// A first correction this much larger than the least since the tangent was renewed has its contraction measured: errors of stiff modes
 /// that the old tangent no longer damps grow from step to step.
 const GROWN: f64 = 8.0;
+
+/// ... but not below this share of the tolerance, where it does no harm yet.
+const SURE: f64 = 0.25;
 
 /// Position, velocity and acceleration of all coordinates, 6 per node, and the force of the last step's end.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -98,20 +104,6 @@ pub struct HhtCost {
     pub factorisations: usize,
 }
 
-/// What determines the kept tangent: with it, a restored run goes on with the same bits.
-#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct KeptTangent {
-    /// Step it was factorised for, s; `None` if no tangent is kept.
-    step: Option<f64>,
-    /// Coordinates it was assembled at.
-    q: Vec<f64>,
-    blocks: Vec<Block>,
-    rho: f64,
-    least: Option<f64>,
-    since_measured: usize,
-    secant: Secant,
-}
-
 /// The integrator: iteration matrix and scratch memory. The state is separate.
 #[derive(Debug)]
 pub struct Hht {
@@ -169,6 +161,12 @@ impl Hht {
         }
     }
 
+    /// Lets a team do the element work; the bits stay the same.
+    pub fn set_team(&mut self, team: &Team) {
+        self.buffer = ForceBuffer::with_team(team.clone());
+        self.assembly.set_team(team.clone());
+    }
+
     /// The assembly.
     pub fn assembly(&self) -> &Assembly {
         &self.assembly
@@ -184,40 +182,6 @@ impl Hht {
     /// with its nodes renamed. `None`: each its own. A renewed tangent resets it.
     pub fn set_places(&mut self, places: Option<Vec<u32>>) {
         self.places = places;
-    }
-
-    /// What determines the kept tangent.
-    pub fn kept(&self) -> KeptTangent {
-        if !self.has_tangent() {
-            return KeptTangent::default();
-        }
-        KeptTangent {
-            step: Some(self.step_of_factor),
-            rho: self.rho,
-            least: self.least.is_finite().then_some(self.least),
-            since_measured: self.since_measured,
-            secant: self.secant.clone(),
-            ..self.kept.clone()
-        }
-    }
-
-    /// Builds the tangent again that another integrator of the same mesh kept.
-    ///
-    /// # Errors
-    /// [`AncfError::Sparse`].
-    pub fn restore_kept(&mut self, mesh: &ShellMesh, loads: &Loads, kept: &KeptTangent) -> Result<(), AncfError> {
-        self.forget_tangent();
-        if let Some(h) = kept.step {
-            let alpha = self.options.alpha;
-            let (gamma, beta) = (0.5 * (1.0 - 2.0 * alpha), 0.25 * (1.0 - alpha) * (1.0 - alpha));
-            self.kept = kept.clone();
-            self.factor_kept(mesh, loads, h, gamma, beta)?;
-            self.rho = kept.rho;
-            self.least = kept.least.unwrap_or(f64::INFINITY);
-            self.since_measured = kept.since_measured;
-            self.secant = kept.secant.clone();
-        }
-        Ok(())
     }
 
     /// Whether a tangent is kept.
@@ -345,7 +309,7 @@ impl Hht {
             return last <= tolerance;
         }
         // Far below the tolerance, corrections are round-off and say nothing about contraction.
-        let grown = last > GROWN * self.least;
+        let grown = last > (GROWN * self.least).max(SURE * tolerance);
         let measured = iteration > 1 || (self.rho < SLOW && self.since_measured < REMEASURE && !grown);
         let rho = self.rho.max(DOUBT);
         last <= 1e-3 * tolerance || (measured && rho < 1.0 && last * rho / (1.0 - rho) <= tolerance)
@@ -380,118 +344,12 @@ impl Hht {
         correction_norm(dynamics.mesh, &self.assembly, &self.free)
     }
 
-    /// Rotations of the free nodes' local axes since the tangent was factorised. Solves are done in those axes, `K(R u) = R K R'` node by
-    /// node: exact for a rigid turn, and good where the shell turns locally.
-    fn follow(&mut self, mesh: &ShellMesh) {
-        let now = local_axes(mesh, &self.assembly, &self.trial.q);
-        let place = |b: usize| self.places.as_ref().map_or(b, |p| p[b] as usize);
-        self.turns = now.iter().enumerate().map(|(b, axes)| axes * self.axes[place(b)].transpose()).collect();
-    }
-
-    /// Solves for `free` with the kept factor in its axes, corrected by the secant pairs.
-    fn solve_in_frame(&mut self) {
-        let place = |b: usize| self.places.as_ref().map_or(b, |p| p[b] as usize);
-        self.turned.resize(self.free.len(), 0.0);
-        for (b, r) in self.turns.iter().enumerate() {
-            for half in [0, 3] {
-                let x = Vector3::from_column_slice(&self.free[NODE * b + half..NODE * b + half + 3]);
-                let to = NODE * place(b) + half;
-                self.turned[to..to + 3].copy_from_slice(r.tr_mul(&x).as_slice());
-            }
-        }
-        let residual = self.turned.clone();
-        if let Some((earlier, correction)) = self.before.take() {
-            let fall: Vec<f64> = earlier.iter().zip(&residual).map(|(a, b)| a - b).collect();
-            // A pair is worth its memory where the factor alone did badly.
-            let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-            if size(&residual) > STALE * STALE * size(&earlier) {
-                self.secant.add(&correction, fall);
-            }
-        }
-        let assembly = &mut self.assembly;
-        self.secant.solve(&mut self.turned, |x| assembly.solve(x));
-        self.before = Some((residual, self.turned.clone()));
-        for (b, r) in self.turns.iter().enumerate() {
-            for half in [0, 3] {
-                let from = NODE * place(b) + half;
-                let y = r * Vector3::from_column_slice(&self.turned[from..from + 3]);
-                self.free[NODE * b + half..NODE * b + half + 3].copy_from_slice(y.as_slice());
-            }
-        }
-    }
-
-    fn weights(&self, h: f64, gamma: f64, beta: f64) -> TangentWeights {
-        let factor = 1.0 + self.options.alpha;
-        TangentWeights {
-            stiffness: factor,
-            velocity: factor * gamma / (beta * h),
-            mass: 1.0 / (beta * h * h),
-            pressure: true,
-            geometric: true,
-        }
-    }
-
     /// Takes the trial state over. Its force is that before the last correction, which is below the tolerance.
     fn accept(&mut self, state: &mut ShellState) {
         std::mem::swap(state, &mut self.trial);
         self.cost.steps += 1;
         self.since_measured += 1;
     }
-
-    /// Assembles and factorises the tangent at the trial state.
-    fn renew(&mut self, dynamics: &Dynamics<'_>, h: f64, gamma: f64, beta: f64) -> Result<(), AncfError> {
-        let weights = self.weights(h, gamma, beta);
-        let ShellState { q, v, .. } = &self.trial;
-        self.kept.blocks.clear();
-        dynamics.external.add_tangent(1.0, weights.stiffness, weights.velocity, q, v, &mut self.kept.blocks);
-        self.kept.q.clone_from(q);
-        self.factor_kept(dynamics.mesh, &dynamics.loads, h, gamma, beta)?;
-        self.cost.factorisations += 1;
-        Ok(())
-    }
-
-    fn factor_kept(&mut self, mesh: &ShellMesh, loads: &Loads, h: f64, gamma: f64, beta: f64) -> Result<(), AncfError> {
-        let weights = self.weights(h, gamma, beta);
-        self.step_of_factor = f64::NAN;
-        let KeptTangent { q, blocks, .. } = &self.kept;
-        self.assembly.factor(mesh, loads, q, &weights, blocks)?;
-        self.secant.clear();
-        self.before = None;
-        self.step_of_factor = h;
-        self.places = None;
-        self.axes = local_axes(mesh, &self.assembly, q);
-        self.turns = vec![Matrix3::identity(); self.axes.len()];
-        self.least = f64::INFINITY;
-        self.rho = 1.0;
-        Ok(())
-    }
-}
-
-/// Axes of the free nodes: third along the director, first along the elements' local x.
-fn local_axes(mesh: &ShellMesh, assembly: &Assembly, q: &[f64]) -> Vec<Matrix3<f64>> {
-    let mut along = vec![Vector3::zeros(); mesh.node_count()];
-    let position = |n: u32| Vector3::from_column_slice(&q[NODE * n as usize..NODE * n as usize + 3]);
-    for shell in mesh.shells() {
-        let [a, b, c, d] = shell.nodes;
-        for (from, to) in [(a, b), (d, c)] {
-            let edge = position(to) - position(from);
-            along[from as usize] += edge;
-            along[to as usize] += edge;
-        }
-    }
-    assembly
-        .free_nodes()
-        .iter()
-        .map(|&n| {
-            let first = NODE * n as usize + 3;
-            let third = Vector3::from_column_slice(&q[first..first + 3]).normalize();
-            let along = along[n as usize];
-            let x = (along - third * third.dot(&along)).normalize();
-            let axes = Matrix3::from_columns(&[x, third.cross(&x), third]);
-            // Where an element has collapsed there is no direction: any axes are as good.
-            if axes.iter().all(|v| v.is_finite()) { axes } else { Matrix3::identity() }
-        })
-        .collect()
 }
 
 /// `a - g` on positions.

@@ -1,0 +1,111 @@
+//! What can be read off a tire: contact, deflection, strains, energies, compliance, the hub's share.
+
+use super::{Hub, Tire, Wrench};
+use crate::ancf::geometry::TireMesh;
+use crate::ancf::kernel::Loads;
+use crate::ancf::mesh::NODE;
+use crate::ancf::plane::PlaneLoad;
+use nalgebra::{Matrix3, Vector3};
+
+impl Tire {
+    /// Forces of the plane on the nodes at the present state, N.
+    pub fn plane_forces(&self) -> Vec<(u32, [f64; 3])> {
+        self.state.plane.as_ref().map_or(Vec::new(), |plane| {
+            PlaneLoad { plane, contact: &self.spec.contact, since: 0.0 }
+                .forces(&self.state.shell.q, &self.state.shell.v)
+        })
+    }
+
+    /// The hub's share of a wrench over a step with these mean accelerations: what the vehicle integrates instead, added back.
+    pub fn hub_share(&self, acceleration: &Vector3<f64>, angular: &Vector3<f64>) -> Wrench {
+        let turn = self.state.rim.orientation.to_rotation_matrix();
+        let inertia = turn * Matrix3::from_diagonal(&Vector3::from(self.hub.inertia)) * turn.inverse();
+        let w = self.state.rim.angular_velocity;
+        Wrench {
+            force: (acceleration - Vector3::from(self.gravity)) * self.hub.mass,
+            moment: inertia * angular + w.cross(&(inertia * w)),
+        }
+    }
+
+    /// Estimated displacement of each node per newton held over a step of `h` seconds, m/N: the inverse of the diagonal of inertia, damping
+    /// and stiffness; 0 on the rim.
+    pub fn compliance(&mut self, h: f64) -> Vec<f64> {
+        let weights = crate::ancf::kernel::TangentWeights {
+            stiffness: 1.0,
+            velocity: 1.0 / h,
+            mass: 1.0 / (h * h),
+            pressure: false,
+            geometric: false,
+        };
+        let loads = Loads { damping: self.spec.damping, pressure: self.spec.pressure };
+        let mut out = vec![0.0; self.mesh.mesh.node_count()];
+        let assembly = self.hht.assembly_mut();
+        assembly.assemble(&self.mesh.mesh, &loads, &self.inflated, &weights, &[]);
+        for (&node, d) in assembly.free_nodes().iter().zip(assembly.mean_diagonal()) {
+            out[node as usize] = 1.0 / d;
+        }
+        self.factor_orientation = None;
+        out
+    }
+
+    /// Volume that the surface encloses, m3.
+    pub fn volume(&self) -> f64 {
+        let q = &self.state.shell.q;
+        let p =
+            |n: u32| Vector3::from_column_slice(&q[NODE * n as usize..NODE * n as usize + 3]) - self.state.rim.position;
+        self.mesh.triangles.iter().map(|t| p(t[0]).dot(&p(t[1]).cross(&p(t[2]))) / 6.0).sum()
+    }
+
+    /// Largest inward movement of the crown against the inflated shape, m.
+    pub fn deflection(&self) -> f64 {
+        let axle = self.state.rim.orientation * Vector3::y();
+        let (row, crown) = (self.mesh.across + 1, self.mesh.across / 2);
+        let free = (self.inflated[NODE * crown].powi(2) + self.inflated[NODE * crown + 2].powi(2)).sqrt();
+        (0..self.mesh.around)
+            .map(|i| {
+                let n = NODE * (i * row + crown);
+                let arm = Vector3::from_column_slice(&self.state.shell.q[n..n + 3]) - self.state.rim.position;
+                free - (arm - axle * axle.dot(&arm)).norm()
+            })
+            .fold(f64::MIN, f64::max)
+    }
+
+    /// Reference area that belongs to each node, m2.
+    pub fn node_areas(&self) -> Vec<f64> {
+        let mut areas = vec![0.0; self.mesh.mesh.node_count()];
+        for (e, shell) in self.mesh.mesh.shells().iter().enumerate() {
+            shell.nodes.iter().for_each(|&n| areas[n as usize] += 0.25 * self.mesh.mesh.kind(e).area);
+        }
+        areas
+    }
+
+    /// Strains at the middle of each element: circumferential, radial (across), shear.
+    pub fn strains(&self) -> Vec<[f64; 3]> {
+        let mesh = &self.mesh.mesh;
+        (0..mesh.shells().len())
+            .map(|e| {
+                let local = crate::ancf::mesh::gather(&self.state.shell.q, &mesh.shells()[e].nodes);
+                crate::ancf::kernel::centre_strain(mesh.kind(e), &local)
+            })
+            .collect()
+    }
+
+    /// Strain energy and kinetic energy, J.
+    pub fn energies(&self) -> (f64, f64) {
+        let shell = &self.state.shell;
+        (self.mesh.mesh.energy(0.0, &shell.q, &shell.v).0, self.mesh.mesh.kinetic_energy(&shell.v))
+    }
+}
+
+/// Mass and moments of inertia of the whole tire about the wheel's axes, in the inflated shape.
+pub(super) fn hub(tire: &TireMesh, q: &[f64]) -> Hub {
+    let mut inertia = [0.0; 3];
+    for axis in 0..3 {
+        // Twice the kinetic energy of a unit turn.
+        let omega = Vector3::ith(axis, 1.0);
+        let v: Vec<f64> =
+            q.chunks_exact(3).flat_map(|x| <[f64; 3]>::from(omega.cross(&Vector3::from_column_slice(x)))).collect();
+        inertia[axis] = 2.0 * tire.mesh.kinetic_energy(&v);
+    }
+    Hub { mass: tire.mesh.total_mass(), inertia }
+}

@@ -1,0 +1,78 @@
+//! Equilibrium of the tire on a plane.
+
+use super::Tire;
+use crate::ancf::AncfError;
+use crate::ancf::external::{Block, External};
+use crate::ancf::mesh::NODE;
+use crate::ancf::plane::{Plane, PlaneLoad};
+use crate::ancf::spec::Contact;
+use crate::ancf::statics::{self, StaticCost, StaticOptions, StaticProblem};
+use nalgebra::Vector3;
+
+/// A plane that rises with the load factor.
+struct Rising<'a> {
+    plane: &'a Plane,
+    contact: Contact,
+    from: f64,
+    to: f64,
+}
+
+impl Rising<'_> {
+    fn at(&self, factor: f64) -> Plane {
+        Plane { height: self.from + factor * (self.to - self.from), ..self.plane.clone() }
+    }
+}
+
+impl External for Rising<'_> {
+    fn add_force(&self, scale: f64, time: f64, q: &[f64], v: &[f64], force: &mut [f64]) {
+        PlaneLoad { plane: &self.at(scale), contact: &self.contact, since: 0.0 }.add_force(1.0, time, q, v, force);
+    }
+
+    fn add_tangent(&self, scale: f64, stiffness: f64, velocity: f64, q: &[f64], v: &[f64], blocks: &mut Vec<Block>) {
+        let plane = self.at(scale);
+        PlaneLoad { plane: &plane, contact: &self.contact, since: 0.0 }
+            .add_tangent(1.0, stiffness, velocity, q, v, blocks);
+    }
+}
+
+impl Tire {
+    /// Equilibrium on a rising plane: the plane of the state goes up to `height` with the rim at rest where it is; weight included.
+    ///
+    /// # Errors
+    /// [`AncfError::Newton`], [`AncfError::Input`] if the tire has no plane.
+    pub fn press(&mut self, height: f64, options: &StaticOptions) -> Result<StaticCost, AncfError> {
+        let Some(mut plane) = self.state.plane.clone() else {
+            return Err(AncfError::Input(vec!["the tire has no plane to press on: 'ground' must be 'plane'".into()]));
+        };
+        // Without friction: the path of the tangential springs would depend on the increments.
+        let contact = Contact { friction: 0.0, tangential_stiffness: 0.0, normal_damping: 0.0, ..self.spec.contact };
+        plane.anchors.clear();
+        // Nothing is touched below the lowest node: start there.
+        let normal = Vector3::from(plane.normal);
+        let lowest = (0..self.mesh.mesh.node_count())
+            .map(|n| normal.dot(&Vector3::from_column_slice(&self.state.shell.q[NODE * n..NODE * n + 3])))
+            .fold(f64::MAX, f64::min);
+        let from = plane.height.max(lowest.min(height));
+        let rising = Rising { plane: &plane, contact, from, to: height };
+        let problem = StaticProblem {
+            mesh: &self.mesh.mesh,
+            pressure: self.spec.pressure,
+            gravity: self.gravity,
+            body_loads_in_full: true,
+            external: &rising,
+        };
+        let mut q = std::mem::take(&mut self.state.shell.q);
+        let result = statics::solve(&problem, self.hht.assembly_mut(), &mut q, 0.0, &[1.0], options, |_, _| ());
+        self.state.shell.q = q;
+        self.factor_orientation = None;
+        let cost = result?;
+        let mut plane = rising.at(1.0);
+        let load = PlaneLoad { plane: &plane, contact: &self.spec.contact, since: 0.0 };
+        plane.anchors = load.anchors(&self.state.shell.q, &self.state.shell.v);
+        self.state.plane = Some(plane);
+        self.state.shell.v.fill(0.0);
+        self.state.shell.a.fill(0.0);
+        self.evaluate();
+        Ok(cost)
+    }
+}
