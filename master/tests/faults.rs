@@ -268,3 +268,21 @@ fn a_value_set_twice_or_against_a_connection_is_refused() {
     let (code, error) = told(&["check", "system.ssd", "--stop-time", "0"], &bench);
     assert!(code == 1 && error.contains("--stop-time") && !error.contains("DefaultExperiment"), "{error}");
 }
+
+#[test]
+fn a_unit_that_never_returns_is_named_and_the_run_given_up() {
+    let bench = trouble("hang", "0.5");
+    let (code, error) = told(&["run", "system.ssd", "--out", "r", "--call-limit", "0.5", "--quiet"], &bench);
+    assert_eq!(code, 2, "{error}");
+    for words in ["unit bad", "t = 0.5 s", "fmi2DoStep has not returned"] {
+        assert!(error.contains(words) || log(&bench).contains(words), "{words}: {error}");
+    }
+    // Rows are written at the latest half a second after the one before.
+    let manifest = Manifest::read(bench.folder.path().join("r/manifest.json")).unwrap();
+    assert!(matches!(manifest.state, ExitState::Failed { code: 2, .. }), "{:?}", manifest.state);
+    terramech_results::CsvTable::read(bench.folder.path().join("r/results.csv")).unwrap();
+}
+
+fn log(bench: &Bench) -> String {
+    std::fs::read_to_string(bench.folder.path().join("r/log.jsonl")).unwrap_or_default()
+}

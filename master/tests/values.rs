@@ -5,7 +5,8 @@ mod support;
 use std::fs;
 
 use support::{Bench, Part, part};
-use terramech::run::{End, ExitCode, Stop};
+use terramech::check;
+use terramech::run::{self, End, ExitCode, Stop};
 use testunits::arrays::published;
 
 const ALL: &str = "<tm:Recording><tm:Scalars element=\"*\" connector=\"*\"/></tm:Recording>";
@@ -46,6 +47,83 @@ fn parameters_from_the_command_line_win_and_paths_count_from_the_description() {
     assert_eq!(csv.numbers("a.given.threads").unwrap()[0], 1.0);
     assert_eq!(outcome.manifest.units[1].threads, 3);
     assert!(outcome.manifest.inputs.iter().any(|i| i.path.ends_with("feedthrough.fmu") && i.sha256.len() == 64));
+}
+
+#[test]
+fn inputs_follow_a_table_over_time() {
+    let parts = [part("a", "feedthrough", &[]), part("b", "feedthrough", &[])];
+    let bench = Bench::new("0.1", "0.5", &parts, &[("a.real.out", "b.real.in")], ALL);
+    let csv = bench.folder.path().join("drive.csv");
+    fs::write(&csv, "time [s],a.real.in [mm],b.integer.in [1],b.boolean.in [1]\n0,0,1,0\n0.2,2000,1,1\n0.4,1000,9,1\n")
+        .unwrap();
+    let plan = |options: check::Options| check::plan(&bench.file, &options);
+    let options = check::Options { inputs: Some(csv.clone()), ..Default::default() };
+    let outcome = run::run(
+        plan(options.clone()).unwrap(),
+        &run::Options { out: bench.out(), threads: 1, ..Default::default() },
+        run::Display::quiet(),
+        &Stop::new(),
+    )
+    .unwrap();
+    assert!(matches!(outcome.end, End::Done), "{:?}", outcome.end);
+    let table = bench.csv();
+    // The value set at a communication point is seen at the end of the step.
+    let expected = [0.0, 0.0, 1.0, 2.0, 1.5, 1.0];
+    let found = table.numbers("a.real.out").unwrap();
+    assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    assert_eq!(table.numbers("b.integer.out").unwrap(), [1.0, 1.0, 1.0, 1.0, 1.0, 9.0]);
+    fs::write(&csv, "time [s],b.real.in [m],a.real.out [m],c.x [1],a.real.in [kg]\n0,1,1,1,1\n").unwrap();
+    let faults = plan(options).unwrap_err().to_string();
+    for words in
+        ["fed by the connection from \"a.real.out\"", "causality output", "no component \"c\"", "units do not match"]
+    {
+        assert!(faults.contains(words), "{words}: {faults}");
+    }
+}
+
+#[test]
+fn parameter_files_and_other_fmus_from_the_command_line() {
+    let parts = [part("a", "relay", &[("gain", "3")]), part("b", "relay", &[])];
+    let bench = Bench::new("0.1", "0.2", &parts, &[("a.out[1]", "b.in[1]")], ALL);
+    let ssv = bench.folder.path().join("p.ssv");
+    let set = |text: &str| {
+        let head = "<ssv:ParameterSet xmlns:ssv=\"http://ssp-standard.org/SSP1/SystemStructureParameterValues\" version=\"1.0\" name=\"p\"><ssv:Parameters>";
+        fs::write(&ssv, format!("{head}{text}</ssv:Parameters></ssv:ParameterSet>")).unwrap();
+    };
+    set(
+        "<ssv:Parameter name=\"a.gain\"><ssv:Real value=\"7\"/></ssv:Parameter><ssv:Parameter name=\"b.gain\"><ssv:Real value=\"5\"/></ssv:Parameter>",
+    );
+    let options = check::Options { params: vec![ssv.clone()], set: vec!["b.gain=6".into()], ..Default::default() };
+    let plan = check::plan(&bench.file, &options).unwrap();
+    let value = |i: usize| plan.components[i].settings[0].value.to_string();
+    assert_eq!((value(0), value(1)), ("7.0".into(), "6.0".into()));
+    assert!(plan.inputs.iter().any(|i| i.path.ends_with("p.ssv")));
+    set("<ssv:Parameter name=\"c.gain\"><ssv:Real value=\"7\"/></ssv:Parameter>");
+    assert!(check::plan(&bench.file, &options).unwrap_err().to_string().contains("no component \"c\""));
+
+    let other = bench.folder.path().join("other.fmu");
+    fs::copy(bench.folder.path().join("relay.fmu"), &other).unwrap();
+    let swap = |text: String| check::Options { swap: vec![text], ..Default::default() };
+    let plan = check::plan(&bench.file, &swap(format!("b={}", other.display()))).unwrap();
+    assert_eq!(plan.fmus[plan.components[1].fmu].path, other);
+    let faults = check::plan(&bench.file, &swap("bb=other.fmu".into())).unwrap_err().to_string();
+    assert!(faults.contains("--swap") && faults.contains("did you mean \"b\""), "{faults}");
+}
+
+#[test]
+fn a_condition_of_the_user_ends_the_run() {
+    let bench = Bench::new("0.125", "1", &[part("t", "trouble", &[])], &[], ALL);
+    let run = |condition: &str| {
+        let options = check::Options { stop_when: vec![condition.into()], ..Default::default() };
+        let plan = check::plan(&bench.file, &options).map_err(|f| f.to_string())?;
+        let options = run::Options { out: bench.out(), threads: 1, ..Default::default() };
+        Ok::<_, String>(run::run(plan, &options, run::Display::quiet(), &Stop::new()).unwrap())
+    };
+    let outcome = run("t.value >= 0.5").unwrap();
+    assert!(matches!(&outcome.end, End::Condition { time, .. } if *time == 0.5), "{:?}", outcome.end);
+    assert_eq!((outcome.exit_code(), bench.csv().time.len()), (ExitCode::Done, 5));
+    assert!(run("t.value ~ 3").unwrap_err().contains("rig.drawbar_pull < 0"));
+    assert!(run("t.valu < 3").unwrap_err().contains("did you mean \"value\""));
 }
 
 const ARRAYS: [(&str, &str); 2] = [("source.points.position", "echo.in.position"), ("source.points.id", "echo.in.id")];

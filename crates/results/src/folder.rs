@@ -115,6 +115,11 @@ impl RunFolder {
         Ok(())
     }
 
+    /// Whether this run writes already.
+    pub fn has_begun(&self) -> bool {
+        self.ledger.lock().unwrap_or_else(PoisonError::into_inner).begun
+    }
+
     /// Keeps what an earlier run left and goes on writing it.
     pub fn go_on(&self) {
         let mut ledger = self.ledger.lock().unwrap_or_else(PoisonError::into_inner);

@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 pub mod arrays;
+pub mod block;
 pub mod feedthrough;
 pub mod masses;
 pub mod relay;
@@ -21,6 +22,8 @@ pub fn models() -> Vec<Model> {
         arrays::source_model(),
         arrays::echo_model(),
         relay::model(),
+        block::lag_model(),
+        block::block_model(),
         trouble::model(),
     ]
 }

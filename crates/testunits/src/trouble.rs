@@ -58,6 +58,9 @@ impl Unit for Trouble {
                 host.log(LogCategory::Warning, "100 % of the bed is used");
                 Ok(())
             }
+            "hang" => loop {
+                std::thread::sleep(Duration::from_secs(1));
+            },
             "slow" => {
                 std::thread::sleep(Duration::from_millis(20));
                 Ok(())
@@ -79,7 +82,7 @@ pub fn model() -> Model {
     let mode = t.parameter_string(
         "mode",
         "",
-        "early, late, disk, settle, input, numerical, discard, panic, nan, end, talk, slow",
+        "early, late, disk, settle, input, numerical, discard, panic, nan, end, talk, slow, hang",
     );
     let at = t.parameter_real("at", 0.0, "s", "When");
     let value = t.output_real("value", "s", "Time reached");

@@ -7,6 +7,7 @@
 mod algorithm;
 mod arrays;
 mod connections;
+mod drive;
 mod library;
 pub mod order;
 pub mod plan;
@@ -34,6 +35,14 @@ pub struct Options {
     pub stop_time: Option<String>,
     /// `unit.variable=value`, each variable once and none that a connection feeds; wins over every parameter binding.
     pub set: Vec<String>,
+    /// Parameter sets (`.ssv`) whose names are `unit.variable`; later ones win, and all over the description.
+    pub params: Vec<PathBuf>,
+    /// `component=FMU`: other FMUs than the description's.
+    pub swap: Vec<String>,
+    /// Inputs over time: a CSV file with a header like that of `results.csv`.
+    pub inputs: Option<PathBuf>,
+    /// Conditions that end the run.
+    pub stop_when: Vec<String>,
     /// Coupling algorithm instead of the description's.
     pub algorithm: Option<String>,
     /// Whether each FMU must hold a library for this machine. Only looking at a system does not need one.
@@ -42,7 +51,17 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { fmu_path: Vec::new(), stop_time: None, set: Vec::new(), algorithm: None, need_library: true }
+        Self {
+            fmu_path: Vec::new(),
+            stop_time: None,
+            set: Vec::new(),
+            params: Vec::new(),
+            swap: Vec::new(),
+            inputs: None,
+            stop_when: Vec::new(),
+            algorithm: None,
+            need_library: true,
+        }
     }
 }
 
@@ -52,7 +71,13 @@ impl Default for Options {
 /// Every fault found, with file, line, element, what was given and what is allowed.
 pub fn plan(path: &Path, options: &Options) -> Result<Plan, Faults> {
     let mut faults = Faults::new();
-    let Some(description) = description::read(path, &mut faults) else { return Err(faults) };
+    let Some(mut description) = description::read(path, &mut faults) else { return Err(faults) };
+    for text in &options.swap {
+        description.swap(text, &mut faults);
+    }
+    for file in &options.params {
+        description.apply_parameters(file, &mut faults);
+    }
     build(&description, path, options, faults)
 }
 
@@ -93,6 +118,9 @@ pub fn build(description: &Description, path: &Path, options: &Options, mut faul
     let (settings, overrides) = values::settings(&system, &options.set, &mut files, faults_ref);
     let mut connections = connections::resolve(&system, faults_ref);
     values::refuse_connected(&system, &overrides, &connections, faults_ref);
+    let drives = drive::drives(&system, options.inputs.as_deref(), &connections, faults_ref);
+    let stop_when = drive::conditions(&system, &options.stop_when, faults_ref);
+    files.extend(options.inputs.clone());
     let arrays = arrays::resolve(&system, faults_ref);
     connections::extrapolate(&system, &mut connections, faults_ref);
     let times = steps::times(&system, options.stop_time.as_deref(), faults_ref);
@@ -147,6 +175,8 @@ pub fn build(description: &Description, path: &Path, options: &Options, mut faul
         algorithm,
         bonds,
         summary,
+        drives,
+        stop_when,
         inputs,
         notes,
         folder: description.folder.clone(),

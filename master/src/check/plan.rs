@@ -42,6 +42,10 @@ pub struct Plan {
     pub bonds: Vec<PowerBond>,
     /// Headline results.
     pub summary: Vec<SummaryItem>,
+    /// Inputs that follow a table over time.
+    pub drives: Vec<Drive>,
+    /// Conditions that end the run.
+    pub stop_when: Vec<StopCondition>,
     /// Every input file read, for the manifest.
     pub inputs: Vec<InputFile>,
     /// Remarks of the check.
@@ -295,6 +299,81 @@ pub struct BondPair {
     pub effort: usize,
     /// The connection that carries velocity or angular velocity.
     pub flow: usize,
+}
+
+/// An input that follows a table over time.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Drive {
+    /// What is set.
+    pub port: Port,
+    /// Times, ascending (s).
+    #[serde(skip)]
+    pub times: Arc<[f64]>,
+    /// Values, one for each time, in the variable's unit.
+    #[serde(skip)]
+    pub values: Vec<f64>,
+}
+
+impl Drive {
+    /// The value at a time (s): Reals on straight lines between rows, other kinds as the last row says; before the first row and after the
+    /// last one held.
+    pub fn at(&self, time: f64) -> f64 {
+        let after = self.times.partition_point(|t| *t <= time);
+        if after == 0 {
+            return self.values[0];
+        }
+        let before = after - 1;
+        if after == self.times.len() || self.port.kind != Kind::Real {
+            return self.values[before];
+        }
+        let (t0, t1) = (self.times[before], self.times[after]);
+        let part = (time - t0) / (t1 - t0);
+        self.values[before] + part * (self.values[after] - self.values[before])
+    }
+}
+
+/// A condition that ends the run when it holds at a communication point after the first.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StopCondition {
+    /// As given.
+    pub text: String,
+    /// What is compared.
+    pub port: Port,
+    /// How.
+    pub comparison: Comparison,
+    /// With what, in the variable's unit.
+    pub value: f64,
+}
+
+/// A comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Comparison {
+    /// <
+    Below,
+    /// <=
+    AtMost,
+    /// >
+    Above,
+    /// >=
+    AtLeast,
+    /// ==
+    Equal,
+    /// !=
+    Unequal,
+}
+
+impl Comparison {
+    /// Whether it holds.
+    pub fn holds(self, a: f64, b: f64) -> bool {
+        match self {
+            Self::Below => a < b,
+            Self::AtMost => a <= b,
+            Self::Above => a > b,
+            Self::AtLeast => a >= b,
+            Self::Equal => a == b,
+            Self::Unequal => a != b,
+        }
+    }
 }
 
 /// A headline result: the mean of a variable over a window.

@@ -41,6 +41,18 @@ pub struct System {
     /// Set a parameter or start value, as unit.variable=value; may be repeated
     #[arg(long, value_name = "UNIT.VARIABLE=VALUE")]
     pub set: Vec<String>,
+    /// Set parameters from an SSP parameter set, named unit.variable; may be repeated, later ones win, --set over all
+    #[arg(long, value_name = "FILE.ssv")]
+    pub params: Vec<PathBuf>,
+    /// Use another FMU for a component, as component=FMU; may be repeated
+    #[arg(long, value_name = "COMPONENT=FMU")]
+    pub swap: Vec<String>,
+    /// Inputs over time: a CSV file with columns "time [s]", "unit.variable [unit]", ...
+    #[arg(long, value_name = "FILE.csv")]
+    pub inputs: Option<PathBuf>,
+    /// End the run when a condition holds, such as "rig.drawbar_pull < 0"; may be repeated
+    #[arg(long, value_name = "CONDITION")]
+    pub stop_when: Vec<String>,
     /// A folder to search for FMUs with bare names; may be repeated
     #[arg(long, value_name = "DIR")]
     pub fmu_path: Vec<PathBuf>,
@@ -59,7 +71,7 @@ pub struct Run {
     #[arg(long, value_name = "DIR", required_unless_present = "resume")]
     pub out: Option<PathBuf>,
     /// Go on with the run in this folder from its last checkpoint, to the same bits; --stop-time may be given anew
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "system", "set", "fmu_path", "algorithm"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "system", "set", "params", "swap", "inputs", "fmu_path", "algorithm"])]
     pub resume: Option<PathBuf>,
     /// Write a checkpoint every so many simulated seconds (one is written on Ctrl-C in any case, where all units can save their state)
     #[arg(long, value_name = "S")]
@@ -70,6 +82,9 @@ pub struct Run {
     /// Threads for all units together [default: the cores this process may use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     pub threads: Option<u16>,
+    /// Give the run up when a call into a unit takes longer than this without a report of progress (wall time; 0: never)
+    #[arg(long, value_name = "S", default_value_t = 1800.0)]
+    pub call_limit: f64,
     /// Show neither progress nor the closing table
     #[arg(long)]
     pub quiet: bool,

@@ -25,12 +25,20 @@ pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
 /// What was typed about a system, with paths made absolute: what a checkpoint keeps to start the run again.
 fn how(system: &System) -> How {
     let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
+    let absolute_swap = |text: &String| match text.split_once('=') {
+        Some((name, path)) if !path.is_empty() => format!("{name}={}", absolute(&PathBuf::from(path)).display()),
+        _ => text.clone(),
+    };
     How {
         system: system.system.clone().unwrap_or_default(),
         fmu_path: system.fmu_path.iter().map(absolute).collect(),
         stop_time: system.stop_time.clone(),
         set: system.set.clone(),
         algorithm: system.algorithm.clone(),
+        params: system.params.iter().map(absolute).collect(),
+        swap: system.swap.iter().map(absolute_swap).collect(),
+        inputs: system.inputs.as_ref().map(absolute),
+        stop_when: system.stop_when.clone(),
         ..How::default()
     }
 }
@@ -41,6 +49,10 @@ fn plan(how: &How, checking: bool) -> Result<Plan, ExitCode> {
         stop_time: how.stop_time.clone(),
         set: how.set.clone(),
         algorithm: how.algorithm.clone(),
+        params: how.params.clone(),
+        swap: how.swap.clone(),
+        inputs: how.inputs.clone(),
+        stop_when: how.stop_when.clone(),
         ..check::Options::default()
     };
     let plan = if checking && inspect::is_fmu(&how.system) {
@@ -60,6 +72,9 @@ fn resumed(args: &Run, folder: &Path) -> Result<(Arc<Checkpoint>, How), ExitCode
     remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
     let mut how = checkpoint.header.how.clone();
     how.stop_time = args.system.stop_time.clone().or(how.stop_time);
+    if !args.system.stop_when.is_empty() {
+        how.stop_when.clone_from(&args.system.stop_when);
+    }
     how.every = args.checkpoint_every.clone().or(how.every);
     eprintln!("resuming at t = {} s", checkpoint.header.time);
     Ok((Arc::new(checkpoint), how))
@@ -92,6 +107,9 @@ fn run(args: &Run, words: &[OsString]) -> ExitCode {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let options = Options {
         out,
+        call_limit: Some(args.call_limit)
+            .filter(|s| *s > 0.0)
+            .and_then(|s| std::time::Duration::try_from_secs_f64(s).ok()),
         checkpoints: Checkpoints { how: Some(how), from },
         threads: args.threads.map_or_else(cores, usize::from),
         command: words.iter().map(|w| w.to_string_lossy().into_owned()).collect(),

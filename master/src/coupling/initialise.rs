@@ -8,7 +8,7 @@ use std::time::Instant;
 use super::connect::Links;
 use super::pool::{Answer, Member, Pool, Task};
 use super::share::share_threads;
-use super::system::finite;
+use super::system::{drive, finite};
 use super::{Failure, Moment, System};
 use crate::check::plan::Plan;
 use crate::loading::{Environment, Instance, Library, Made, Sets};
@@ -136,6 +136,12 @@ impl System {
         let start = plan.clock.start.to_f64();
         let all = || 0..plan.components.len();
         self.together(all().map(|i| (i, Task::Enter)).collect())?;
+        let mut sets = Sets::default();
+        for (unit, member) in self.members.iter_mut().enumerate() {
+            let Some(member) = member.as_deref_mut() else { continue };
+            drive(&plan, unit, &mut member.instance, &mut sets, start)
+                .map_err(|e| Failure::unit(e, Moment::Initialising, "inputs over time"))?;
+        }
         for stage in &plan.initialisation {
             let mut links = Links::new(&plan, stage.connections.iter().copied(), stage.arrays.iter().copied(), false);
             let outputs = links.outputs.iter_mut().enumerate().filter(|(_, o)| !o.is_empty());
@@ -146,7 +152,6 @@ impl System {
                     links.outputs[unit] = *outputs;
                 }
             }
-            let mut sets = Sets::default();
             let targets: Vec<usize> = links.targets().collect();
             for unit in targets {
                 let Some(member) = self.members[unit].as_deref_mut() else { continue };

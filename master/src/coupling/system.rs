@@ -11,7 +11,7 @@ use super::{Failure, Moment};
 use crate::check::plan::Plan;
 use crate::decimal::Clock;
 use crate::description::algorithm::Scheme;
-use crate::loading::{CallError, NotFinite, Outputs, Sets, Stepped};
+use crate::loading::{CallError, Class, Instance, NotFinite, Outputs, Sets, Stepped};
 
 /// Work below this (s) is not worth waking a thread for: handing a unit over and back costs some 10 microseconds.
 const WORTH_A_THREAD: f64 = 30e-6;
@@ -215,7 +215,10 @@ impl System {
         let span = (tick, tick + plan.components[unit].multiple);
         self.links
             .carry(plan, unit, &mut member.instance, &mut self.sets, span, due)
-            .map_err(|r| Failure::unit(r.error, Moment::At(plan.clock.time(tick)), r.about))
+            .map_err(|r| Failure::unit(r.error, Moment::At(plan.clock.time(tick)), r.about))?;
+        let time = plan.clock.time(tick);
+        drive(plan, unit, &mut member.instance, &mut self.sets, time)
+            .map_err(|e| Failure::unit(e, Moment::At(time), "inputs over time"))
     }
 
     /// Notes for the power bonds what a unit holds now.
@@ -388,6 +391,27 @@ impl System {
     pub fn terminate(&mut self) -> Vec<CallError> {
         self.members.iter_mut().flatten().filter_map(|m| m.instance.terminate().err()).collect()
     }
+}
+
+/// Sets the inputs of a unit that follow a table.
+pub(super) fn drive(
+    plan: &Plan,
+    unit: usize,
+    instance: &mut Instance,
+    sets: &mut Sets,
+    time: f64,
+) -> Result<(), CallError> {
+    sets.clear();
+    for drive in plan.drives.iter().filter(|d| d.port.component == unit) {
+        let (reference, value) = (drive.port.value_reference, drive.at(time));
+        match Class::from(drive.port.kind) {
+            Class::Real => sets.real(reference, value),
+            Class::Boolean => sets.boolean(reference, value != 0.0),
+            Class::Integer => sets.integer(reference, value as i32),
+            Class::String => {}
+        }
+    }
+    instance.set(sets)
 }
 
 /// Reads values of a unit and checks that they are finite.

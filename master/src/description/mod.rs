@@ -8,6 +8,7 @@
 pub mod algorithm;
 pub mod annotations;
 mod bind;
+mod change;
 mod flatten;
 mod parameters;
 mod raw;

@@ -147,6 +147,11 @@ pub fn units(root: Element<'_>, faults: &mut Faults) -> HashMap<String, Unit> {
     list.filter_map(|e| types::unit(e, faults)).map(|unit| (unit.name.clone(), unit)).collect()
 }
 
+/// The parameters of a file that is given by itself.
+pub fn parameter_file(root: Element<'_>, units: &HashMap<String, Unit>, faults: &mut Faults) -> Vec<Bound> {
+    parameter_set(root, "", true, units, faults)
+}
+
 fn parameter_set(
     set: Element<'_>,
     prefix: &str,

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use terramech_fmi2::types::*;
 
-use super::Cause;
+use super::{Cause, Pulse};
 
 /// How many messages of a unit are kept to explain a failure.
 const KEPT: usize = 12;
@@ -45,12 +45,16 @@ pub trait Environment: Send + Sync {
 
     /// Long work goes on: `fraction` in [0, 1], negative = unknown. Answer `false` to ask the unit to stop.
     fn progress(&self, unit: &str, phase: &str, fraction: f64) -> bool;
+
+    /// An instance is about to be made; its calls can be followed from now on.
+    fn follow(&self, _pulse: &Arc<Pulse>) {}
 }
 
 /// What the callbacks of one instance point to; lives in a box that outlives the instance.
 pub(super) struct Ear {
     pub unit: String,
     pub environment: Arc<dyn Environment>,
+    pub pulse: Arc<Pulse>,
     /// Number of the current call, so that a failure is explained by what was said during it.
     call: AtomicU64,
     said: Mutex<VecDeque<(u64, Cause, String)>>,
@@ -58,8 +62,11 @@ pub(super) struct Ear {
 
 impl Ear {
     pub fn new(unit: &str, environment: Arc<dyn Environment>) -> Box<Self> {
+        let pulse = Arc::new(Pulse::new(unit));
+        environment.follow(&pulse);
         Box::new(Self {
             unit: unit.to_owned(),
+            pulse,
             environment,
             call: AtomicU64::new(0),
             said: Mutex::new(VecDeque::with_capacity(KEPT)),
@@ -157,6 +164,7 @@ extern "C" fn terramech_log_text(
 pub(super) unsafe extern "C" fn progress(env: *mut c_void, phase: *const c_char, fraction: f64) -> c_int {
     // SAFETY: set together with the `Ear` of the instance, which outlives it.
     let Some(ear) = (unsafe { env.cast::<Ear>().cast_const().as_ref() }) else { return 0 };
+    ear.pulse.sign();
     // SAFETY: null or zero-terminated by the extension's contract.
     let phase = unsafe { text(phase, "working") };
     let go_on =

@@ -77,6 +77,7 @@ impl Instance {
         let ear = Ear::new(made.name, environment);
         let callbacks = ear.callbacks();
         ear.begin();
+        ear.pulse.begin("fmi2Instantiate");
         // SAFETY: all texts are zero-terminated and live through the call; the callbacks and the ear they point to live in
         // boxes as long as the instance.
         let component = unsafe {
@@ -90,6 +91,7 @@ impl Instance {
                 c_int::from(made.logging),
             )
         };
+        ear.pulse.end();
         let Some(component) = NonNull::new(component) else {
             return Err(LoadError::Instantiate { unit: made.name.to_owned(), said: ear.said("fmi2Instantiate").0 });
         };
@@ -367,7 +369,9 @@ impl Instance {
             return Err(self.refused(name, Status::NotCalled, String::new()));
         }
         self.ear.begin();
+        self.ear.pulse.begin(name);
         let code = f(&self.library.functions, self.component.as_ptr());
+        self.ear.pulse.end();
         let Some(status) = Status::of(code) else { return Ok(()) };
         match status {
             Status::Fatal => self.library.condemn(),

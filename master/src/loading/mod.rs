@@ -10,18 +10,22 @@
 //! - what the callbacks point to lives as long as the instance;
 //! - after `fmi2Error` an instance is only freed, after `fmi2Fatal` no function of its library is called again.
 
+mod bare;
 mod environment;
 mod error;
 mod functions;
 mod image;
 mod instance;
 mod library;
+mod pulse;
 mod state;
 mod values;
 
+pub use bare::BareLoop;
 pub use environment::{Environment, LogLine};
 pub use error::{CallError, Cause, LoadError, Status};
 pub use image::whole;
 pub use instance::{Instance, Made, Stepped};
 pub use library::Library;
+pub use pulse::Pulse;
 pub use values::{Array, Batch, Class, NotFinite, Outputs, Sets, Slot};

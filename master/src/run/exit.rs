@@ -2,7 +2,7 @@
 //!
 //! | code | meaning |
 //! |---|---|
-//! | 0 | done: the stop time was reached, or a unit ended the run by itself |
+//! | 0 | done: the stop time was reached, or a unit or a condition of the user ended the run |
 //! | 1 | the description or another input is wrong |
 //! | 2 | a unit failed |
 //! | 3 | the computation broke down: no convergence, values that are not finite |
@@ -34,7 +34,7 @@ pub enum ExitCode {
 /// The code of a run's end.
 pub fn code_of_end(end: &End) -> ExitCode {
     match end {
-        End::Done | End::EndedBy { .. } => ExitCode::Done,
+        End::Done | End::EndedBy { .. } | End::Condition { .. } => ExitCode::Done,
         End::Stopped { .. } => ExitCode::Stopped,
         End::Failed(failure) => code_of_failure(failure),
     }

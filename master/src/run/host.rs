@@ -2,14 +2,15 @@
 //! display.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use terramech_results::{Level, LogEntry, LogWriter};
 
+use super::watchdog::Watchdog;
 use super::{Display, Stop};
 use crate::coupling::Failure;
 use crate::decimal::Clock;
-use crate::loading::{Environment, LogLine};
+use crate::loading::{Environment, LogLine, Pulse};
 
 /// How many warnings are shown on the terminal; a unit may warn at every step.
 const SHOWN_WARNINGS: u64 = 20;
@@ -32,13 +33,14 @@ pub struct Host {
     /// Simulated time as bits; NaN before there is one.
     time: AtomicU64,
     warnings: AtomicU64,
+    pub watchdog: Arc<Watchdog>,
 }
 
 impl Host {
     pub fn new(display: Display, stop: Stop) -> Self {
         let time = AtomicU64::new(f64::NAN.to_bits());
         let log = Mutex::new(Log::Waiting(Vec::new()));
-        Self { log, display: Mutex::new(display), stop, time, warnings: AtomicU64::new(0) }
+        Self { log, display: Mutex::new(display), stop, time, warnings: AtomicU64::new(0), watchdog: Arc::default() }
     }
 
     /// Gives the log its file and writes what was said so far.
@@ -76,6 +78,13 @@ impl Host {
         self.display().message(&format!("note: {text}"));
     }
 
+    /// The last words of a run, shown in any case.
+    pub fn say(&self, text: &str) {
+        self.write("master", "error", Level::Error, text);
+        self.display().finish();
+        eprintln!("{text}");
+    }
+
     /// Initialisation begins.
     pub fn initialising(&self) {
         self.display().initialising();
@@ -92,6 +101,12 @@ impl Host {
         if tick.is_multiple_of(GLANCE) || self.display().is_slow() {
             self.display().step(time, tick);
         }
+    }
+
+    /// The simulated time (s); `None` before there is one.
+    pub fn time(&self) -> Option<f64> {
+        let time = f64::from_bits(self.time.load(Ordering::Relaxed));
+        (!time.is_nan()).then_some(time)
     }
 
     /// Nothing more is shown.
@@ -122,6 +137,10 @@ impl Environment for Host {
                 _ => {}
             }
         }
+    }
+
+    fn follow(&self, pulse: &Arc<Pulse>) {
+        self.watchdog.follow(pulse);
     }
 
     fn progress(&self, unit: &str, phase: &str, fraction: f64) -> bool {

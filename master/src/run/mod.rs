@@ -2,6 +2,7 @@
 //! was recorded is readable afterwards and the manifest tells how it ended. A run that does not get through initialisation writes
 //! nothing, so that an earlier run in the same folder stays as it is.
 
+mod condition;
 mod display;
 mod energy;
 mod exit;
@@ -9,10 +10,11 @@ mod host;
 mod report;
 mod saving;
 mod stop;
+mod watchdog;
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use terramech_results::{Headline, LogWriter, Manifest, RunFolder, write_summary};
 
@@ -28,11 +30,12 @@ pub use exit::{ExitCode, code_of_failure};
 pub use report::{closing, tell};
 pub use stop::Stop;
 
+use condition::Conditions;
 use host::Host;
 use saving::Saving;
 
 /// How a run is done.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Folder for what the run leaves.
     pub out: PathBuf,
@@ -42,6 +45,8 @@ pub struct Options {
     pub command: Vec<String>,
     /// When checkpoints are written.
     pub checkpoints: Checkpoints,
+    /// Wall time that a call into a unit may take without a report of progress; `None`: any.
+    pub call_limit: Option<Duration>,
 }
 
 /// When checkpoints are written, and from which one the run goes on.
@@ -63,6 +68,13 @@ pub enum End {
         /// The unit.
         unit: String,
         /// Time it had reached (s).
+        time: f64,
+    },
+    /// By a condition of the user (`--stop-when`).
+    Condition {
+        /// The condition.
+        text: String,
+        /// When it held (s).
         time: f64,
     },
     /// On request (Ctrl-C).
@@ -117,6 +129,15 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
         host.note(&note.to_string());
     }
 
+    if let Some(limit) = options.call_limit {
+        let dog = Arc::clone(&host.watchdog);
+        let (host, folder, manifest) = (Arc::clone(&host), Arc::downgrade(&folder), manifest.clone());
+        let alarm = move |unit: &str, call: &'static str| {
+            let folder = folder.upgrade();
+            report::give_up(&host, folder.as_deref(), manifest, unit, call, limit);
+        };
+        dog.start(limit, alarm).map_err(|e| Failure::Environment(format!("no thread for the watchdog: {e}")))?;
+    }
     let mut state = State { system: None, recorder: None, reached: None };
     let mut saving = Saving::new(&plan, options, begin)?;
     let from = options.checkpoints.from.as_deref();
@@ -142,6 +163,7 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
     if let (Err(failure), false) = (finished, matches!(end, End::Failed(_))) {
         end = End::Failed(failure);
     }
+    host.watchdog.finish();
     host.finish();
 
     // Where not even the start was reached there is nothing to average, and nothing to remark on.
@@ -205,6 +227,7 @@ impl State {
         let Some(system) = &mut self.system else { return Err(Failure::Environment("no units".into())) };
         let from = saving.from();
         let recorder = self.recorder.insert(Recorder::new(system, folder, from.map(|c| &c.header.recording))?);
+        let conditions = Conditions::new(system);
         let begin = Instant::now();
         let mut algorithm = algorithm_of(plan);
         host.running(plan.clock);
@@ -224,6 +247,11 @@ impl State {
             self.reached = Some(time);
             if tick >= plan.clock.steps {
                 break End::Done;
+            }
+            if tick > 0
+                && let Some(condition) = conditions.met(system)
+            {
+                break End::Condition { text: condition.text.clone(), time };
             }
             let stopping = stop.is_asked();
             if saving.is_due(tick, stopping) && system.all_due(tick) {

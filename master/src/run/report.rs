@@ -1,6 +1,7 @@
 //! Manifest, report page and the closing table of a run.
 
 use std::fmt::Write;
+use std::time::Duration;
 
 use terramech_results::report::Report;
 use terramech_results::{
@@ -8,6 +9,7 @@ use terramech_results::{
 };
 
 use super::display::{duration, short};
+use super::host::Host;
 use super::{End, Options, Outcome, exit};
 use crate::check::plan::Plan;
 use crate::coupling::System;
@@ -68,7 +70,7 @@ pub fn timings(manifest: &mut Manifest, system: &System, recorder: Option<&Recor
 pub fn exit_state(end: &End) -> ExitState {
     match end {
         End::Done => ExitState::Done,
-        End::EndedBy { .. } | End::Stopped { .. } => ExitState::Stopped { reason: tell(end) },
+        End::EndedBy { .. } | End::Condition { .. } | End::Stopped { .. } => ExitState::Stopped { reason: tell(end) },
         End::Failed(failure) => {
             ExitState::Failed { code: exit::code_of_failure(failure) as i32, message: failure.to_string() }
         }
@@ -92,11 +94,37 @@ pub fn page(
     Report::of_run(&plan.name, &csv, headlines, manifest, figures).write(folder)
 }
 
+/// The end of a run by a unit that does not return: its thread cannot be ended, so the process is.
+pub fn give_up(
+    host: &Host,
+    folder: Option<&RunFolder>,
+    mut manifest: Manifest,
+    unit: &str,
+    call: &str,
+    limit: Duration,
+) {
+    let at = host.time().map_or_else(|| "before the start".into(), |t| format!("at t = {t} s"));
+    let message = format!(
+        "unit {unit} {at}: {call} has not returned for {} and shows no progress: the run is given up (--call-limit)",
+        duration(limit.as_secs_f64())
+    );
+    host.say(&message);
+    // Without a file of results the run had not started: an earlier one stays as it is.
+    if let Some(folder) = folder.filter(|f| f.has_begun()) {
+        manifest.simulated_seconds = host.time().unwrap_or(0.0);
+        manifest.state = ExitState::Failed { code: exit::ExitCode::Unit as i32, message };
+        let _ = manifest.write(folder);
+    }
+    crate::archive::remove_temporaries();
+    std::process::exit(exit::ExitCode::Unit as i32);
+}
+
 /// One sentence on how a run ended.
 pub fn tell(end: &End) -> String {
     match end {
         End::Done => "done".into(),
         End::EndedBy { unit, time } => format!("unit {unit} ended the run by itself at t = {time} s"),
+        End::Condition { text, time } => format!("ended at t = {time} s: {text}"),
         End::Stopped { time: Some(time), saved: true } => {
             format!("stopped on request at t = {time} s; `terramech run --resume OUT` goes on from there")
         }

@@ -137,8 +137,7 @@ impl Bench {
     pub fn run_with(&self, threads: usize, stop: &Stop, set: &[&str]) -> Outcome {
         let options = check::Options { set: set.iter().map(|s| s.to_string()).collect(), ..check::Options::default() };
         let plan = check::plan(&self.file, &options).unwrap_or_else(|faults| panic!("{faults}"));
-        let options =
-            Options { out: self.out(), threads, command: vec!["test".into()], checkpoints: Default::default() };
+        let options = Options { out: self.out(), threads, command: vec!["test".into()], ..Options::default() };
         run::run(plan, &options, Display::quiet(), stop).unwrap()
     }
 
