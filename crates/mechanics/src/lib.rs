@@ -13,6 +13,7 @@
 //! assert!(state.velocity_at(&[0.0, 0.0, -0.058].into()).x < 0.0);
 //! ```
 
+pub mod cone;
 pub mod cylinder;
 pub mod mass;
 pub mod obj;
