@@ -19,6 +19,7 @@
 
 pub mod config;
 pub mod dem;
+pub mod dem_c;
 pub mod dem_p;
 pub mod error;
 pub mod mesh;

@@ -211,6 +211,10 @@ impl PairTable {
     pub fn get(&self, a: usize, b: usize) -> &Pair {
         &self.pairs[a * self.count + b]
     }
+    /// Place of a pair in [`PairTable::all`].
+    pub fn index(&self, a: usize, b: usize) -> usize {
+        a * self.count + b
+    }
     /// All of them.
     pub fn all(&self) -> &[Pair] {
         &self.pairs

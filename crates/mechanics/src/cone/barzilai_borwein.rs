@@ -38,7 +38,7 @@ pub fn solve<const ROLL: bool>(problem: &Problem, parts: &mut Parts, options: &O
         iterations += 1;
         // s's / s'Ns in the metric of the diagonal.
         t = if curvature > 0.0 { (sums.length / curvature).clamp(1e-3, 1e3) } else { 1.0 };
-        if sums.residual <= options.tolerance || iterations % LOOK == 0 || iterations == options.iterations {
+        if sums.residual <= options.tolerance || iterations.is_multiple_of(LOOK) || iterations == options.iterations {
             let (sums, objective) = parts.measure::<ROLL>(problem);
             best.offer(parts, &sums, objective);
             converged = sums.residual <= options.tolerance;
@@ -95,9 +95,10 @@ fn try_velocities(parts: &mut Parts) -> f64 {
     next.clone_from(&parts.now);
     parts.bodies(&mut next, |load, body| add_load(body, load));
     let mut sum = 0.0;
-    for (to, now) in next.iter().zip(&parts.now).filter(|(to, _)| to[3] > 0.0) {
-        for c in 0..3 {
-            sum += (to[c] - now[c]).powi(2) / to[3] + (to[4 + c] - now[4 + c]).powi(2) / to[7];
+    for (to, now) in next.iter().zip(&parts.now) {
+        // What cannot move or turn has not.
+        for (at, inverse) in [(0, to[3]), (4, to[7])].into_iter().filter(|(_, inverse)| *inverse > 0.0) {
+            sum += (at..at + 3).map(|c| (to[c] - now[c]).powi(2)).sum::<f64>() / inverse;
         }
     }
     parts.next = next;

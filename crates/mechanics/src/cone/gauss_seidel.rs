@@ -31,7 +31,7 @@ pub fn solve<const ROLL: bool>(problem: &Problem, parts: &mut Parts, options: &O
             push::<ROLL>(problem, k, d, dq, &mut parts.now);
         }
         iterations += 1;
-        if iterations % LOOK == 0 || iterations == options.iterations {
+        if iterations.is_multiple_of(LOOK) || iterations == options.iterations {
             scatter(&set, parts);
             let (sums, objective) = parts.measure::<ROLL>(problem);
             best.offer(parts, &sums, objective);

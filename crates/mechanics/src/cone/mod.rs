@@ -99,6 +99,13 @@ impl Problem {
         self.a.len()
     }
 
+    /// Tangential slip of contact `k` at the velocities in `bodies` (m/s).
+    pub fn slip_speed(&self, k: usize) -> f64 {
+        let slip = sweep::contact::<false>(self, &self.bodies, k);
+        let normal: f64 = (0..3).map(|c| slip.u[c] * slip.n[c]).sum();
+        (0..3).map(|c| (slip.u[c] - normal * slip.n[c]).powi(2)).sum::<f64>().sqrt()
+    }
+
     /// Removes all contacts and bodies; keeps memory and classes.
     pub fn clear(&mut self) {
         self.bodies.clear();

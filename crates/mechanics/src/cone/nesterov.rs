@@ -42,7 +42,7 @@ pub fn solve<const ROLL: bool>(
         (beta, theta) = (next_beta, if restart { 1.0 } else { next_theta });
         lipschitz = (0.9 * lipschitz).max(FLATTEST);
         // What the step saw is near enough to tell when a look may be worth it.
-        if sums.residual <= options.tolerance || iterations % LOOK == 0 || iterations == options.iterations {
+        if sums.residual <= options.tolerance || iterations.is_multiple_of(LOOK) || iterations == options.iterations {
             let (sums, objective) = parts.measure::<ROLL>(problem);
             best.offer(parts, &sums, objective);
             converged = sums.residual <= options.tolerance;
@@ -104,6 +104,12 @@ fn descend<const ROLL: bool>(problem: &Problem, parts: &mut Parts, t: f64, beta:
     parts.at = at;
 }
 
+/// x / y, 0 for what cannot move.
+#[inline(always)]
+fn over(x: f64, y: f64) -> f64 {
+    if y > 0.0 { x / y } else { 0.0 }
+}
+
 /// Velocities of the next iterate and of the point of departure after it; returns d'Nd of the step from `at`.
 fn advance(parts: &mut Parts, beta: f64) -> f64 {
     let (mut next, mut next_at) = (std::mem::take(&mut parts.next), std::mem::take(&mut parts.next_at));
@@ -129,9 +135,7 @@ fn advance(parts: &mut Parts, beta: f64) -> f64 {
                 square[0] += dv * dv;
                 square[1] += ds * ds;
             }
-            if to[3] > 0.0 {
-                *sum += square[0] / to[3] + square[1] / to[7];
-            }
+            *sum += over(square[0], to[3]) + over(square[1], to[7]);
             own[i] = to;
             for c in 0..8 {
                 own_at[i][c] = to[c] + beta * (to[c] - now[c]);

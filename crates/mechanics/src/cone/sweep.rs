@@ -118,7 +118,7 @@ impl Slip {
     #[inline(always)]
     pub fn step<const ROLL: bool>(&self, problem: &Problem, k: usize, t: f64, force: Vec3, couple: Vec3) -> Stepped {
         let force = more(force, -t, self.over_diagonal(self.u));
-        let couple = if ROLL { more(couple, -t / self.w_p, self.p) } else { couple };
+        let couple = if ROLL && self.w_p > 0.0 { more(couple, -t / self.w_p, self.p) } else { couple };
         let (force, couple) = self.cut::<ROLL>(problem, k, force, couple);
         Stepped { force, couple }
     }

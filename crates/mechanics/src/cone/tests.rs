@@ -15,12 +15,12 @@ fn heap(count: usize, rolling: bool) -> (Problem, Impulses) {
     for i in 0..count {
         let at = [i / (side * side), i / side % side, i % side];
         x.push(at.map(|k| k as f64 * 1.02 + 0.1 * noise()));
-        let r = if i % 3 == 0 { 0.5 } else { 0.48 };
+        let r = if i.is_multiple_of(3) { 0.5 } else { 0.48 };
         let m = 8.0 * r * r * r;
         p.bodies.push([noise(), noise(), -1.0 + noise(), 1.0 / m, noise(), noise(), noise(), 2.5 / m]);
     }
     p.movable = count;
-    let radius = |i: usize| if i % 3 == 0 { 0.5 } else { 0.48 };
+    let radius = |i: usize| if i.is_multiple_of(3) { 0.5 } else { 0.48 };
     // The floor does not move.
     p.bodies.push([0.0; 8]);
     let layer = side * side;
@@ -46,7 +46,7 @@ fn heap(count: usize, rolling: bool) -> (Problem, Impulses) {
                     add(j, d.map(|c| c / l), l - ri - rj, [rj / (ri + rj), ri / (ri + rj)]);
                 }
             }
-            if i % side == 0 {
+            if i.is_multiple_of(side) {
                 add(count, [0.0, 0.0, 1.0], x[i][2] - radius(i) + 0.5, [1.0, 1.0]);
             }
         }
