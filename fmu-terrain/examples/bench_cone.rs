@@ -42,7 +42,7 @@ fn main() {
     let recipe = Recipe { sample, settle: Settle { most_time: 20.0, ..Settle::default() }, cohesion_time: 0.0 };
     let (bed, report) = prepare(setup.clone(), &recipe, threads, &mut |_, _| true).expect("the bed settles");
     println!("{report:?}");
-    let height = |rows: &[[f64; 16]]| rows.iter().map(|r| r[2]).sum::<f64>() / rows.len() as f64;
+    let height = |rows: &[fmu_terrain::dem::grains::Row]| rows.iter().map(|r| r[2]).sum::<f64>() / rows.len() as f64;
     let before = height(&bed.state().rows);
     let setup = Setup { step: 1e-3, ..setup };
     let mut engine = ConeEngine::with_state(setup, cone, bed.state().clone(), ConeState::default(), threads).unwrap();

@@ -151,7 +151,7 @@ fn case_3_5_a_bed_at_rest_weighs_what_it_weighs() {
     let weight = state.mass() * G;
     relative("3.5", "vertical force on the box over the weight", "1", 1.0, up / weight, 1e-3);
     below("3.5", "horizontal force on the box over the weight", "1", across.abs() / weight, 1e-3);
-    let speed = |r: &[f64; 16]| (r[4] * r[4] + r[5] * r[5] + r[6] * r[6]).sqrt();
+    let speed = |r: &fmu_terrain::dem::grains::Row| (r[4] * r[4] + r[5] * r[5] + r[6] * r[6]).sqrt();
     let fastest = state.rows.iter().map(speed).fold(0.0, f64::max);
     println!(
         "settled in {} s, fastest grain {fastest:e} m/s, {:.1} iterations a step",
@@ -196,7 +196,7 @@ fn the_settled_bed_of_dem_p_starts_dem_c() {
     let recipe = Recipe { sample: s, settle: Settle::default(), cohesion_time: 0.1 };
     let soft = Setup { step: 4e-5, ..setup.clone() };
     let (bed, _) = prepare(soft, &recipe, 1, &mut |_, _| true).unwrap();
-    let height = |rows: &[[f64; 16]]| rows.iter().map(|r| r[2]).sum::<f64>() / rows.len() as f64;
+    let height = |rows: &[fmu_terrain::dem::grains::Row]| rows.iter().map(|r| r[2]).sum::<f64>() / rows.len() as f64;
     let before = height(&bed.state().rows);
     let cone = ConeSetup { tolerance: 1e-4, ..ConeSetup::default() };
     let mut engine = ConeEngine::with_state(setup, cone, bed.state().clone(), ConeState::default(), 1).unwrap();

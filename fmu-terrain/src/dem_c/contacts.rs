@@ -9,6 +9,7 @@
 //! new contact, that before contact. What is left of the lift is mu h times the change of slip in a step.
 
 use crate::dem::body::{BodyLoad, BodyTouch};
+use crate::dem::contact::Slip;
 use crate::dem::grains::{INV_I, INV_M, MATERIAL, R, Row, V, W, vec_at};
 use crate::dem::material::{Pair, PairTable};
 use crate::dem::slab::{BodyPair, Slab};
@@ -186,7 +187,7 @@ impl World<'_> {
                 continue;
             }
             let (ma, mb) = (a[MATERIAL] as usize, b[MATERIAL] as usize);
-            let slip = slab.slip[p];
+            let slip = slab.slip[p].0;
             // The solver wants a movable first body.
             let (first, second, sign) = if a[INV_M] > 0.0 { (i, j, 1.0) } else { (j, i, -1.0) };
             let meeting = Meeting {
@@ -233,7 +234,7 @@ impl World<'_> {
                 gap,
                 apart,
                 slip: slipping(
-                    pair.slip[3],
+                    pair.slip.0[3],
                     || add(vec_at(row, V), cross(wall.normal, scale(row[R], vec_at(row, W)))),
                     wall.normal,
                 ),
@@ -241,7 +242,7 @@ impl World<'_> {
                 r_adhesion: row[R],
                 lever: [1.0, 1.0],
                 share: 1.0,
-                force: [pair.slip[0], pair.slip[1], pair.slip[2]],
+                force: [pair.slip.0[0], pair.slip.0[1], pair.slip.0[2]],
                 couple: pair.roll,
             };
             self.push(
@@ -297,9 +298,9 @@ impl World<'_> {
     ) {
         let (mut force, mut couple, mut known) = ([0.0; 3], [0.0; 3], 0.0);
         if let Some((k, kept)) = inherited(touch.normal, old.iter().map(|p| p.normal)) {
-            force = [0, 1, 2].map(|c| kept * old[k].slip[c]);
+            force = [0, 1, 2].map(|c| kept * old[k].slip.0[c]);
             couple = scale(kept, old[k].roll);
-            known = old[k].slip[3];
+            known = old[k].slip.0[3];
         }
         let n = touch.normal;
         // s of the surface, R* = r; its part in the slip at the contact is taken out of v, since the velocity given is the surface's already.
@@ -350,10 +351,10 @@ pub fn keep(
     wall_force: &mut [Vec3],
     loads: &mut Vec<BodyLoad>,
 ) {
-    slab.slip.fill([0.0; 4]);
+    slab.slip.fill(Slip::default());
     slab.roll.fill([0.0; 3]);
     for w in &mut slab.walls {
-        (w.slip, w.roll) = ([0.0; 4], [0.0; 3]);
+        (w.slip, w.roll) = (Slip::default(), [0.0; 3]);
     }
     slab.bodies.clear();
     wall_force.fill([0.0; 3]);
@@ -367,14 +368,14 @@ pub fn keep(
             Owner::Pair(p) => {
                 let p = p as usize;
                 let sign = if made.a[c] == slab.owner[p] { 1.0 } else { -1.0 };
-                slab.slip[p] = [sign * g[0], sign * g[1], sign * g[2], 1.0 + slip];
+                slab.slip[p] = Slip([sign * g[0], sign * g[1], sign * g[2], 1.0 + slip]);
                 if rolling {
                     slab.roll[p] = scale(sign, q);
                 }
             }
             Owner::Wall(p) => {
                 let pair = &mut slab.walls[p as usize];
-                (pair.slip, pair.roll) = ([g[0], g[1], g[2], 1.0 + slip], q);
+                (pair.slip, pair.roll) = (Slip([g[0], g[1], g[2], 1.0 + slip]), q);
                 let sum = &mut wall_force[pair.wall as usize];
                 *sum = add_scaled(*sum, -1.0 / h, g);
             }
@@ -384,7 +385,7 @@ pub fn keep(
                     body,
                     grain,
                     normal: touch.normal,
-                    slip: [g[0], g[1], g[2], 1.0 + slip],
+                    slip: Slip([g[0], g[1], g[2], 1.0 + slip]),
                     roll: q,
                 });
                 let couple = scale(-rows[grain as usize][R] / h, q);

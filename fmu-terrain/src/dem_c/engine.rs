@@ -9,6 +9,7 @@
 
 use super::contacts::{Made, PRESCRIBED, World, ball, classes, keep};
 use crate::dem::body::BodyLoad;
+use crate::dem::contact::Slip;
 use crate::dem::diagnostics::Touched;
 use crate::dem::engine::Setup;
 use crate::dem::grains::{DemState, Grain, INV_M, R, V, W, X0, vec_at};
@@ -132,9 +133,9 @@ impl ConeEngine {
         if own.skin == 0.0 {
             // Histories of another engine mean something else.
             for s in &mut state.slabs {
-                s.slip.fill([0.0; 4]);
+                s.slip.fill(Slip::default());
                 s.roll.fill([0.0; 3]);
-                s.walls.iter_mut().for_each(|w| (w.slip, w.roll) = ([0.0; 4], [0.0; 3]));
+                s.walls.iter_mut().for_each(|w| (w.slip, w.roll) = (Slip::default(), [0.0; 3]));
                 s.bodies.clear();
             }
             state.stale = true;
@@ -295,12 +296,13 @@ impl ConeEngine {
             rolling: self.rolling,
         };
         self.made.resize_with(state.slabs.len(), Made::default);
-        let mut nothing = vec![(); state.slabs.len()];
-        self.team.each(&mut self.made, &mut nothing, |k, made, ()| world.contacts(&state.slabs[k], made));
+        let tasks = state.slabs.iter().zip(&mut self.made).collect();
+        self.team.each(tasks, |(slab, made)| world.contacts(slab, made));
 
         let p = &mut self.problem;
         p.clear();
-        (self.impulses.force.clear(), self.impulses.couple.clear());
+        self.impulses.force.clear();
+        self.impulses.couple.clear();
         p.bodies.extend(state.rows.iter().map(ball));
         p.movable = p.bodies.len();
         p.bodies.push([0.0; 8]);
@@ -333,14 +335,15 @@ impl ConeEngine {
         let (state, made, impulses, problem) = (&mut self.state, &self.made, &self.impulses, &self.problem);
         let (rows, walls) = (&state.rows, self.setup.walls.len());
         let starts: Vec<usize> = self.problem.blocks.iter().map(|b| b.contact).collect();
-        let mut outs: Vec<(Vec<Vec3>, Vec<BodyLoad>)> = vec![(vec![[0.0; 3]; walls], Vec::new()); state.slabs.len()];
-        self.team.each(&mut state.slabs, &mut outs, |k, slab, (wall_force, loads)| {
+        let tasks: Vec<_> = state.slabs.iter_mut().zip(made).zip(starts).collect();
+        let outs: Vec<(Vec<Vec3>, Vec<BodyLoad>)> = self.team.map_each(tasks, |((slab, made), start)| {
             let impulse = |c: usize| {
-                let c = starts[k] + c;
-                let couple = impulses.couple.get(c).copied().unwrap_or_default();
-                (impulses.force[c], couple, problem.slip_speed(c))
+                let couple = impulses.couple.get(start + c).copied().unwrap_or_default();
+                (impulses.force[start + c], couple, problem.slip_speed(start + c))
             };
-            keep(slab, &made[k], rows, rolling, h, impulse, wall_force, loads);
+            let (mut wall_force, mut loads) = (vec![[0.0; 3]; walls], Vec::new());
+            keep(slab, made, rows, rolling, h, impulse, &mut wall_force, &mut loads);
+            (wall_force, loads)
         });
         state.wall_force.clear();
         state.wall_force.resize(walls, [0.0; 3]);
