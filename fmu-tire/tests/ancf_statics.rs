@@ -29,7 +29,10 @@ fn run(
     solve(&problem, &mut assembly, &mut q, 0.0, stops, &options, &mut at)
 }
 
+/// `name` starts with the case.
 fn within(name: &str, got: f64, expected: f64, tolerance: f64) {
+    let (case, quantity) = name.split_once(' ').unwrap();
+    ancf_support::report(case, quantity, "m", expected, got, tolerance * expected.abs());
     let error = (got - expected).abs() / expected.abs();
     println!("{name}: {got:.5} expected {expected:.5} error {:.3} %", 100.0 * error);
     assert!(error < tolerance, "{name}: {got} expected {expected}");
@@ -63,7 +66,7 @@ fn composite_plates_under_gravity() {
         })
         .unwrap();
         println!("{cost:?}");
-        within(name, z, expected, 0.05);
+        within(&format!("1.3 {name}"), z, expected, 0.05);
     }
 }
 
@@ -96,13 +99,15 @@ fn cantilever_under_end_moment() {
         // The clamped director is vertical, so the first chord is turned by half the angle.
         let sum = |f: fn(f64) -> f64| (0..16).map(|k| 0.75 * f((k as f64 + 0.5) * turn)).sum::<f64>();
         println!("16 x 1, M {factor}: x {x:.4} z {z:.4}; law of the polygon {:.4} {:.4}", sum(f64::cos), sum(f64::sin));
+        ancf_support::report("1.4", &format!("16 x 1, M {factor}: x, law of the polygon"), "m", sum(f64::cos), x, 0.03);
+        ancf_support::report("1.4", &format!("16 x 1, M {factor}: z, law of the polygon"), "m", sum(f64::sin), z, 0.03);
         assert!((x - sum(f64::cos)).abs() < 0.03 && (z - sum(f64::sin)).abs() < 0.03);
     }
     let expected = [(4.361, 7.639), (12.0, 7.639), (14.546, 2.546), (12.0, 0.0)];
     for ((factor, (x, z)), (u, w)) in stops.into_iter().zip(rolled(64, &stops)).zip(expected) {
-        within(&format!("64 x 1, M {factor}: -U"), 12.0 - x, u, 0.01);
+        within(&format!("1.4 64 x 1, M {factor}: -U"), 12.0 - x, u, 0.01);
         if w > 0.0 {
-            within(&format!("64 x 1, M {factor}: W"), z, w, 0.01);
+            within(&format!("1.4 64 x 1, M {factor}: W"), z, w, 0.01);
         } else {
             assert!(z.abs() < 0.01 * 12.0, "{z}");
         }
@@ -120,8 +125,8 @@ fn cantilever_under_end_shear() {
     let tip = 6 * right[0] as usize;
     let mut k = 0;
     let cost = run(&mesh, &fixed, [0.0; 3], &load, &[0.25, 0.5, 1.0], StaticOptions::default(), |_, q| {
-        within("-U", 10.0 - q[tip], expected[k].0, 0.01);
-        within("W", q[tip + 2], expected[k].1, 0.01);
+        within(&format!("1.5 P {}: -U", [1, 2, 4][k]), 10.0 - q[tip], expected[k].0, 0.01);
+        within(&format!("1.5 P {}: W", [1, 2, 4][k]), q[tip + 2], expected[k].1, 0.01);
         k += 1;
     })
     .unwrap();
@@ -165,8 +170,8 @@ fn slit_annular_plate() {
     let got =
         slit_annulus(60, 10, &[0.1, 0.4, 1.0], StaticOptions { first: 0.01, tolerance: 1e-7, ..Default::default() });
     for (k, (a, b)) in got.into_iter().enumerate() {
-        within("W inner", a, expected[k].0, 0.03);
-        within("W outer", b, expected[k].1, 0.03);
+        within(&format!("1.6 P {}: W inner", [0.1, 0.4, 1.0][k]), a, expected[k].0, 0.03);
+        within(&format!("1.6 P {}: W outer", [0.1, 0.4, 1.0][k]), b, expected[k].1, 0.03);
     }
 }
 
@@ -214,9 +219,9 @@ fn cylinder_pull_out() {
     let cost = run(&mesh, &fixed, [0.0; 3], &load, &[0.25, 1.0], options, |_, q| {
         let at = |n: u32, c: usize| q[6 * n as usize + c];
         let (f, [a, b, c]) = expected[k];
-        within(&format!("P {f}: W_A"), at(node(0, 0), 2) - radius, a, 0.05);
-        within(&format!("P {f}: -U_B"), radius - at(node(0, around), 0), b, 0.05);
-        within(&format!("P {f}: -U_C"), radius - at(node(along, around), 0), c, 0.05);
+        within(&format!("1.7 P {f}: W_A"), at(node(0, 0), 2) - radius, a, 0.05);
+        within(&format!("1.7 P {f}: -U_B"), radius - at(node(0, around), 0), b, 0.05);
+        within(&format!("1.7 P {f}: -U_C"), radius - at(node(along, around), 0), c, 0.05);
         k += 1;
     })
     .unwrap();

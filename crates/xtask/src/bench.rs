@@ -3,6 +3,7 @@
 //! Row names are `<bench>.<case>.<quantity>`; they are stable, so that results of different days can be compared.
 
 mod dem;
+mod tire;
 
 use anyhow::{Context, Result, bail};
 use serde_json::json;
@@ -23,7 +24,10 @@ pub struct Row {
 /// A benchmark: name, what it does, its function.
 type Bench = (&'static str, &'static str, fn() -> Result<Vec<Row>>);
 
-const BENCHES: &[Bench] = &[("dem", "granular engine beside LAMMPS, 20k and 100k grains, 1 and 2 threads", dem::dem)];
+const BENCHES: &[Bench] = &[
+    ("dem", "granular engine beside LAMMPS, 20k and 100k grains, 1 and 2 threads", dem::dem),
+    ("tire", "flexible tire, rolling in contact, 1 and 2 threads, split into its parts", tire::tire),
+];
 
 /// Runs the benchmark `name`; prints a table, writes JSON when asked.
 ///

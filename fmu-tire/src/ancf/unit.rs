@@ -20,8 +20,7 @@ use terramech_mechanics::sparse::Precision;
 pub struct FlexibleTireUnit {
     vars: Variables,
     tire: Option<Tire>,
-    /// Pressure's volume at inflation (m3), areas of the nodes (m2).
-    volume: f64,
+    /// Areas of the nodes (m2).
     areas: Vec<f64>,
     touching: f64,
 }
@@ -45,7 +44,7 @@ impl From<AncfError> for UnitError {
 impl FlexibleTireUnit {
     /// A fresh instance.
     pub fn new(vars: Variables) -> Self {
-        Self { vars, tire: None, volume: 0.0, areas: Vec::new(), touching: 0.0 }
+        Self { vars, tire: None, areas: Vec::new(), touching: 0.0 }
     }
 
     fn tire(&mut self) -> Result<&mut Tire, UnitError> {
@@ -58,7 +57,6 @@ impl FlexibleTireUnit {
         let mut tire = Tire::new(spec, Precision::Single)?;
         tire.set_team(&Team::new(threads.max(1) as usize)?);
         tire.gravity = [0.0, 0.0, gravity];
-        self.volume = tire.volume();
         self.areas = tire.node_areas();
         self.tire = Some(tire);
         Ok(())
@@ -172,7 +170,7 @@ impl Unit for FlexibleTireUnit {
         if self.tire.is_none() {
             return Ok(());
         }
-        let (touching, volume) = (self.touching, self.volume);
+        let touching = self.touching;
         let areas = std::mem::take(&mut self.areas);
         let tire = self.tire()?;
         if vr == vars.mesh_strain.vr() {
@@ -182,8 +180,8 @@ impl Unit for FlexibleTireUnit {
             let area = touching + plane.iter().map(|f| areas[f.0 as usize]).sum::<f64>();
             v.put(vars.contact, [tire.deflection(), area, plane.iter().map(|f| f.1[2]).sum()]);
         } else if vars.energies.iter().any(|x| x.vr() == vr) {
-            let (strain, kinetic) = tire.energies();
-            v.put(vars.energies, [strain, kinetic, tire.spec.pressure * (tire.volume() - volume)]);
+            let e = tire.energies();
+            v.put(vars.energies, [e.strain, e.kinetic, e.pressure_work, e.dissipated, e.ground_work]);
         }
         self.areas = areas;
         Ok(())
@@ -196,7 +194,8 @@ impl Unit for FlexibleTireUnit {
         let reach = tire.state.shell.q.chunks_exact(6).map(|n| n[2]).fold(f64::MAX, f64::min);
         if let Some(height) = tire.state.plane.as_ref().map(|p| p.height).filter(|h| *h > reach) {
             host.progress("pressing the tire on its plane", -1.0)?;
-            let options = StaticOptions { first: 0.25, largest: 0.5, tolerance: 1e-7, ..StaticOptions::default() };
+            let options =
+                StaticOptions { first: 0.25, largest: 0.5, tolerance: 1e-7, descent: 400, ..StaticOptions::default() };
             let wheel = tire.state.rim;
             // Equilibrium is found at rest; the rim's velocity comes with the first step.
             tire.press(height, &options)?;

@@ -42,8 +42,8 @@ pub struct Variables {
     pub material: [RealVar; 4],
     /// Out: deflection (m), patch area (m2), force of the plane along Z (N).
     pub contact: [RealVar; 3],
-    /// Out: strain energy, kinetic energy, work of the pressure since inflation (J).
-    pub energies: [RealVar; 3],
+    /// Out: strain energy, kinetic energy, work of the pressure since inflation, dissipated energy, work of the ground (J).
+    pub energies: [RealVar; 5],
 }
 
 /// Declares the table.
@@ -113,6 +113,12 @@ pub fn declare() -> (Table, Variables) {
         t.output_real("strain_energy", "J", "Strain energy"),
         t.output_real("kinetic_energy", "J", "Kinetic energy"),
         t.output_real("pressure_work", "J", "Work of the pressure since inflation"),
+        t.output_real("dissipated_energy", "J", "Energy dissipated by the structural damping since initialization"),
+        t.output_real(
+            "ground_work",
+            "J",
+            "Work of the ground on the tire since initialization: plane and vertex forces",
+        ),
     ];
     for v in contact.into_iter().chain(energies) {
         t.on_demand(v);

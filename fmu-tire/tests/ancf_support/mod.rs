@@ -33,3 +33,8 @@ pub fn plate(length: f64, width: f64, nx: usize, ny: usize, laminate: &Laminate)
     let mesh = ShellMesh::new(reference, shells(nx, ny, node), std::slice::from_ref(laminate)).unwrap();
     Plate { mesh, right: (0..=ny).map(|j| node(nx, j)).collect() }
 }
+
+/// Prints a figure for the tables of `cargo xtask validate ancf`; `tolerance` in the unit of the figure.
+pub fn report(case: &str, quantity: &str, unit: &str, expected: f64, computed: f64, tolerance: f64) {
+    println!("VALIDATION|{case}|{quantity}|{unit}|{expected}|{computed:.6e}|{tolerance:.2e}");
+}

@@ -51,13 +51,15 @@ pub struct ShellState {
     pub force: Vec<f64>,
     /// Inertia less weight, `M (a - g)`, at `time`, N and N m.
     pub inertia: Vec<f64>,
+    /// Work of all forces but inertia and weight so far, J: trapezoidal over the steps.
+    pub work: f64,
 }
 
 impl ShellState {
     /// At rest in the given coordinates, with zero acceleration and no force known.
     pub fn at_rest(q: Vec<f64>) -> Self {
         let n = q.len();
-        Self { time: 0.0, q, v: vec![0.0; n], a: vec![0.0; n], force: vec![0.0; n], inertia: vec![0.0; n] }
+        Self { time: 0.0, q, v: vec![0.0; n], a: vec![0.0; n], force: vec![0.0; n], inertia: vec![0.0; n], work: 0.0 }
     }
 }
 
@@ -228,6 +230,11 @@ impl Hht {
         Ok(())
     }
 
+    /// The state before the last successful step.
+    pub fn previous(&self) -> &ShellState {
+        &self.trial
+    }
+
     /// The force that constraints exerted over the last step, `M (a - g) - (1 + alpha) F' + alpha F`, all coordinates, N and N m: zero on
     /// free nodes within the tolerance.
     pub fn reaction(&self) -> &[f64] {
@@ -346,6 +353,11 @@ impl Hht {
 
     /// Takes the trial state over. Its force is that before the last correction, which is below the tolerance.
     fn accept(&mut self, state: &mut ShellState) {
+        let mut sums = [0.0; 8];
+        for i in 0..state.q.len() {
+            sums[i % 8] += (state.force[i] + self.trial.force[i]) * (self.trial.q[i] - state.q[i]);
+        }
+        self.trial.work = state.work + 0.5 * sums.iter().sum::<f64>();
         std::mem::swap(state, &mut self.trial);
         self.cost.steps += 1;
         self.since_measured += 1;

@@ -7,6 +7,21 @@ use crate::ancf::mesh::NODE;
 use crate::ancf::plane::PlaneLoad;
 use nalgebra::{Matrix3, Vector3};
 
+/// Energies of a tire, J.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Energies {
+    /// Strain energy, inflation included.
+    pub strain: f64,
+    /// Kinetic energy.
+    pub kinetic: f64,
+    /// Work of the pressure since inflation.
+    pub pressure_work: f64,
+    /// Dissipated by the structural damping since the tire was placed: what the forces inside did beyond energy and pressure work.
+    pub dissipated: f64,
+    /// Work of the ground on the tire since it was placed: plane, friction included, and given vertex forces.
+    pub ground_work: f64,
+}
+
 impl Tire {
     /// Forces of the plane on the nodes at the present state, N.
     pub fn plane_forces(&self) -> Vec<(u32, [f64; 3])> {
@@ -48,12 +63,21 @@ impl Tire {
         out
     }
 
-    /// Volume that the surface encloses, m3.
+    /// Volume that the surface encloses, m3: of the bilinear elements that the pressure acts on, exactly (the mean of both ways to cut them
+    /// into triangles).
     pub fn volume(&self) -> f64 {
         let q = &self.state.shell.q;
         let p =
             |n: u32| Vector3::from_column_slice(&q[NODE * n as usize..NODE * n as usize + 3]) - self.state.rim.position;
-        self.mesh.triangles.iter().map(|t| p(t[0]).dot(&p(t[1]).cross(&p(t[2]))) / 6.0).sum()
+        let six = |a: u32, b: u32, c: u32| p(a).dot(&p(b).cross(&p(c)));
+        let mut sum = 0.0;
+        for shell in self.mesh.mesh.shells() {
+            let [a, b, c, d] = shell.nodes;
+            sum += 0.5 * (six(a, b, c) + six(a, c, d) + six(a, b, d) + six(b, c, d));
+        }
+        let strip = &self.mesh.triangles[2 * self.mesh.mesh.shells().len()..];
+        sum += strip.iter().map(|t| six(t[0], t[1], t[2])).sum::<f64>();
+        sum / 6.0
     }
 
     /// Largest inward movement of the crown against the inflated shape, m.
@@ -90,10 +114,27 @@ impl Tire {
             .collect()
     }
 
-    /// Strain energy and kinetic energy, J.
-    pub fn energies(&self) -> (f64, f64) {
-        let shell = &self.state.shell;
-        (self.mesh.mesh.energy(0.0, &shell.q, &shell.v).0, self.mesh.mesh.kinetic_energy(&shell.v))
+    /// Strain energy, J.
+    pub fn strain_energy(&self) -> f64 {
+        self.mesh.mesh.energy(0.0, &self.state.shell.q, &self.state.shell.v).0
+    }
+
+    /// Growth of the strain energy and work of the pressure since inflation, J.
+    pub(super) fn since_inflation(&self) -> (f64, f64) {
+        (self.strain_energy() - self.inflated_energy, self.spec.pressure * (self.volume() - self.inflated_volume))
+    }
+
+    /// Where the work went since the tire was placed.
+    pub fn energies(&self) -> Energies {
+        let (growth, pressure) = self.since_inflation();
+        let inside = self.state.shell.work - self.state.ground_work;
+        Energies {
+            strain: self.inflated_energy + growth,
+            kinetic: self.mesh.mesh.kinetic_energy(&self.state.shell.v),
+            pressure_work: pressure,
+            dissipated: pressure - growth - inside,
+            ground_work: self.state.ground_work,
+        }
     }
 }
 

@@ -4,6 +4,8 @@ mod measures;
 mod press;
 mod stepping;
 
+pub use measures::Energies;
+
 use crate::ancf::AncfError;
 use crate::ancf::assembly::Assembly;
 use crate::ancf::external::{Block, External};
@@ -35,6 +37,8 @@ pub struct TireState {
     pub rim: RigidState,
     /// The tire's own ground, if it has one.
     pub plane: Option<Plane>,
+    /// Work of the ground on the tire so far, plane and given forces, J.
+    pub ground_work: f64,
 }
 
 /// A tire's state with what determines its kept tangent.
@@ -79,6 +83,9 @@ pub struct Tire {
     /// The state.
     pub state: TireState,
     inflated: Vec<f64>,
+    /// Strain energy (J) and volume (m3) of the inflated shape.
+    inflated_energy: f64,
+    inflated_volume: f64,
     rim_nodes: RimNodes,
     hht: Hht,
     /// Orientation of the rim when the kept tangent was factorised.
@@ -138,15 +145,24 @@ impl Tire {
             spec: spec.clone(),
             hub,
             gravity: [0.0, 0.0, -9.81],
-            state: TireState { shell: ShellState::at_rest(inflated.clone()), rim: RigidState::default(), plane: None },
+            state: TireState {
+                shell: ShellState::at_rest(inflated.clone()),
+                rim: RigidState::default(),
+                plane: None,
+                ground_work: 0.0,
+            },
             hht: Hht::new(&mesh.mesh, assembly, options),
             inflated,
+            inflated_energy: 0.0,
+            inflated_volume: 0.0,
             rim_nodes,
             mesh,
             factor_orientation: None,
             momentum: None,
         };
         tire.place(&RigidState::default());
+        tire.inflated_energy = tire.strain_energy();
+        tire.inflated_volume = tire.volume();
         Ok(tire)
     }
 
@@ -174,6 +190,7 @@ impl Tire {
             }
         }
         self.state.shell = shell;
+        self.state.ground_work = 0.0;
         self.state.rim = *wheel;
         self.forget_tangent();
         self.evaluate();

@@ -73,6 +73,9 @@ impl Tire {
         self.state.shell.v.fill(0.0);
         self.state.shell.a.fill(0.0);
         self.evaluate();
+        // A quasi-static way dissipates nothing.
+        let (strain, pressure) = self.since_inflation();
+        self.state.shell.work = self.state.ground_work - strain + pressure;
         Ok(cost)
     }
 }

@@ -26,7 +26,8 @@ impl Tire {
         let centre = self.state.rim.position;
         let alpha = self.spec.integrator.alpha;
         let before = self.momentum.take().unwrap_or_else(|| self.momentum_about_rim());
-        let mut ground = self.ground_wrench(vertices, &centre);
+        let mut forces = self.ground_forces(vertices);
+        let mut ground = self.wrench_of(&forces, &centre);
         let mut impulse = Wrench::default();
         let mut done = 0.0;
         let mut h = size / inner;
@@ -35,7 +36,10 @@ impl Tire {
             let at_end = f64::min(done + h, size);
             match self.inner_step(&path.at(at_end), at_end - done, vertices) {
                 Ok(()) => {
-                    let next = self.ground_wrench(vertices, &centre);
+                    let next_forces = self.ground_forces(vertices);
+                    let next = self.wrench_of(&next_forces, &centre);
+                    self.state.ground_work += 0.5 * (self.work_of(&forces) + self.work_of(&next_forces));
+                    forces = next_forces;
                     let step = at_end - done;
                     impulse.force += (next.force * (1.0 + alpha) - ground.force * alpha) * step;
                     impulse.moment += (next.moment * (1.0 + alpha) - ground.moment * alpha) * step;
@@ -73,10 +77,22 @@ impl Tire {
         self.mesh.mesh.momentum(&shell.q, &shell.v, &self.state.rim.position.into()).map(Vector3::from)
     }
 
-    /// Force of the ground on the tire and its moment about a point.
-    fn ground_wrench(&self, vertices: &[(u32, [f64; 3])], about: &Vector3<f64>) -> Wrench {
+    /// Forces of the ground on nodes, N: given ones, then the plane's.
+    fn ground_forces(&self, vertices: &[(u32, [f64; 3])]) -> Vec<(u32, [f64; 3])> {
+        vertices.iter().copied().chain(self.plane_forces()).collect()
+    }
+
+    /// Work of forces on nodes over the last inner step, J.
+    fn work_of(&self, forces: &[(u32, [f64; 3])]) -> f64 {
+        let (now, before) = (&self.state.shell.q, &self.hht.previous().q);
+        let way = |n: u32, k: usize| now[NODE * n as usize + k] - before[NODE * n as usize + k];
+        forces.iter().map(|(n, f)| (0..3).map(|k| f[k] * way(*n, k)).sum::<f64>()).sum()
+    }
+
+    /// Sum of forces on nodes and its moment about a point.
+    fn wrench_of(&self, forces: &[(u32, [f64; 3])], about: &Vector3<f64>) -> Wrench {
         let mut wrench = Wrench::default();
-        for (node, f) in vertices.iter().chain(&self.plane_forces()) {
+        for (node, f) in forces {
             let first = NODE * *node as usize;
             let force = Vector3::from(*f);
             let arm = Vector3::from_column_slice(&self.state.shell.q[first..first + 3]) - about;
