@@ -181,7 +181,7 @@ fn load_deflection(spec: &FlexibleTire, deflections: &[f64]) -> Vec<(f64, f64)> 
     let areas = tire.node_areas();
     deflections
         .iter()
-        .map(|d| {
+        .map_while(|d| {
             let options =
                 StaticOptions { first: 0.25, largest: 0.5, tolerance: 1e-7, descent: 400, ..Default::default() };
             // The belt of a coarse layered tire snaps through on the way and may not settle: what was reached is reported.

@@ -276,7 +276,8 @@ fn faults_are_told_at_once_with_their_paths() {
     assert!(e.contains("neither"), "{e}");
     for bad in ["NaN", "1e400"] {
         let e = refused(&format!(r#"{{"shape": {{"cylinder": {{"radius": {bad}}}}}}}"#));
-        assert!(e.contains("shape.cylinder.radius"), "{e}");
+        // No JSON number at all: the place in the text, not the path.
+        assert!(e.contains("line 1 column"), "{e}");
     }
     let e = refused(r#"{"shape": {"cylinder": {"diameter": 1}}}"#);
     assert!(e.contains("shape.cylinder") && e.contains("diameter") && e.contains("radius"), "{e}");
