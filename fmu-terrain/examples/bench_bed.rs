@@ -1,6 +1,6 @@
 //! Speed of the granular engine: grain-steps per second in a settled bed that a wheel drives through.
 //!
-//! `cargo run --release -p fmu-terrain --example bench_bed -- [--beds DIR] [--threads 1,2] [--json] [grains ...]`;
+//! `cargo run --release -p fmu-terrain --example bench_bed -- [--beds DIR] [--threads 1,2] [--json] [--skin S] [grains ...]`;
 //! default 20000 100000 on 1 and 2 threads. `--beds` keeps settled beds, and writes them as data files for LAMMPS too.
 //! Rates are wall-clock; the processor-time rate (grain-steps per second of one processor) is what to compare where
 //! other work runs on the machine. `cargo xtask bench dem` runs this next to LAMMPS.
@@ -20,11 +20,13 @@ const DENSITY: f64 = 2500.0;
 
 fn main() -> Outcome<()> {
     let (mut sizes, mut threads, mut beds, mut json) = (Vec::new(), vec![1, 2], None, false);
+    let mut skin = Setup::default().skin;
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         match arg.as_str() {
             "--beds" => beds = args.next(),
             "--json" => json = true,
+            "--skin" => skin = args.next().unwrap_or_default().parse()?,
             "--threads" => {
                 threads = args.next().unwrap_or_default().split(',').map(str::parse).collect::<Result<_, _>>()?;
             }
@@ -40,7 +42,7 @@ fn main() -> Outcome<()> {
         );
     }
     for n in sizes {
-        bench(n, &threads, beds.as_deref().map(Path::new), json)?;
+        bench(n, &threads, beds.as_deref().map(Path::new), json, skin)?;
     }
     Ok(())
 }
@@ -57,11 +59,11 @@ fn setup(n: usize) -> Setup {
     Setup { materials: vec![Material::default()], walls: Wall::open_box(length, width, 0, 0), ..Setup::default() }
 }
 
-fn bench(n: usize, threads: &[usize], beds: Option<&Path>, json: bool) -> Outcome<()> {
+fn bench(n: usize, threads: &[usize], beds: Option<&Path>, json: bool, skin: f64) -> Outcome<()> {
     let (length, width) = base(n);
     let grains = settled(n, beds)?;
     for &threads in threads {
-        let mut engine = CpuEngine::new(setup(n), &grains, threads)?;
+        let mut engine = CpuEngine::new(Setup { skin, ..setup(n) }, &grains, threads)?;
         let height = Surface::of(engine.state(), length, width).mean();
         // The wheel is pressed in over 0.04 s, then driven at slip 1/3.
         let wheel = |centre, vx: f64, vz, w| {

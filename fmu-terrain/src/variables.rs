@@ -31,6 +31,25 @@ pub struct BodyVars {
     pub wrench: WrenchVars,
 }
 
+/// Handles of the obstacles' arrays, one obstacle after the other as in the specification.
+#[derive(Clone, Copy, Debug)]
+pub struct ObstacleVars {
+    /// Centres of mass (m).
+    pub position: RealArrayVar,
+    /// Quaternions w, x, y, z.
+    pub orientation: RealArrayVar,
+    /// Velocities (m/s).
+    pub velocity: RealArrayVar,
+    /// Angular velocities (rad/s).
+    pub angular_velocity: RealArrayVar,
+    /// Forces on them, weight aside (N).
+    pub force: RealArrayVar,
+    /// Vertices of their surfaces (m).
+    pub mesh_position: RealArrayVar,
+    /// Triangles of their surfaces.
+    pub mesh_triangle: IntegerArrayVar,
+}
+
 /// Handles of all variables.
 #[derive(Clone, Debug)]
 pub struct Variables {
@@ -62,6 +81,8 @@ pub struct Variables {
     pub grain_radius: RealArrayVar,
     /// Out: net contact forces (N).
     pub grain_force: RealArrayVar,
+    /// Out: states and surfaces of the obstacles.
+    pub obstacle: ObstacleVars,
     /// Out: kinetic energy of the grains (J).
     pub kinetic_energy: RealVar,
     /// Out: energy turned into heat since the bed was made (J).
@@ -121,6 +142,7 @@ pub fn declare() -> (Table, Variables) {
         t.on_demand(v);
         t.depends_initially(v, &[common.specification.vr(), bed_load.vr()]);
     }
+    let obstacle = obstacles(&mut t, &[common.specification.vr(), bed_load.vr()]);
     let kinetic_energy = t.output_real("kinetic_energy", "J", "Kinetic energy of all grains, rotation included");
     let dissipated_energy = t.output_real(
         "dissipated_energy",
@@ -154,6 +176,7 @@ pub fn declare() -> (Table, Variables) {
         grain_velocity,
         grain_radius,
         grain_force,
+        obstacle,
         kinetic_energy,
         dissipated_energy,
         contact_count,
@@ -161,6 +184,29 @@ pub fn declare() -> (Table, Variables) {
         inner_steps,
     };
     (t, vars)
+}
+
+fn obstacles(t: &mut Table, from: &[u32]) -> ObstacleVars {
+    let order = "one obstacle after the other, as in the specification";
+    let mut real = |name: &str, unit, what: &str| t.output_real_array(&format!("obstacle.{name}"), unit, what);
+    let position = real("position", "m", &format!("Centres of mass of the obstacles: {order}"));
+    let orientation = real("orientation", "1", "Orientations of the obstacles, quaternions w, x, y, z");
+    let velocity = real("velocity", "m/s", "Velocities of the obstacles");
+    let angular_velocity = real("angular_velocity", "rad/s", "Angular velocities of the obstacles");
+    let force = real(
+        "force",
+        "N",
+        "Force on each obstacle at the last inner step, from soil, walls and bodies, without its weight",
+    );
+    let mesh_position = real("mesh.position", "m", "Vertices of the obstacles' surfaces, in the inertial frame");
+    let mesh_triangle = t.output_integer_array("obstacle.mesh.triangle", "Triangles of the obstacles' surfaces");
+    for v in [position, orientation, velocity, angular_velocity, force, mesh_position] {
+        t.on_demand(v);
+        t.depends_initially(v, from);
+    }
+    t.on_demand(mesh_triangle);
+    t.depends_initially(mesh_triangle, from);
+    ObstacleVars { position, orientation, velocity, angular_velocity, force, mesh_position, mesh_triangle }
 }
 
 fn body(t: &mut Table, k: usize) -> BodyVars {

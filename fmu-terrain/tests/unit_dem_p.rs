@@ -359,3 +359,55 @@ fn probes_see_height_normal_and_friction() {
     assert!(normal.len() == 9 && normal[2] > 0.5);
     assert_eq!(t.array("probe.friction"), [0.7; 3]);
 }
+
+#[test]
+fn an_obstacle_lies_on_the_bed_until_a_wheel_pushes_it_and_its_state_is_saved() {
+    let spec = SMALL.replace(
+        "\"bed\": {",
+        r#""obstacles": [{"shape": {"box": {"edges": [0.03, 0.06, 0.03]}}, "mass": 0.3, "position": [0.05, 0.0]},
+            {"shape": {"sphere": {"radius": 0.01}}, "density": 3000, "position": [-0.1, 0.04], "height": 0.08, "asleep": false}],
+            "bed": {"#,
+    );
+    let make = |threads| {
+        let mut t = Terrain::new(&spec, threads);
+        t.string("body[1].shape", "cylinder");
+        t.set("body[1].radius", 0.05);
+        t.set("body[1].width", 0.04);
+        t
+    };
+    let mut t = make(1);
+    t.begin().unwrap();
+    let height = t.get("height");
+    t.0.exit_initialization().unwrap();
+    let at = t.array("obstacle.position");
+    assert!(at.len() == 6 && (at[2] - height - 0.015).abs() < 0.006 && at[5] == 0.08, "{at:?} {height}");
+    assert_eq!(t.array("obstacle.orientation").len(), 8);
+    let (vertices, triangles) = (t.array("obstacle.mesh.position").len(), t.integers("obstacle.mesh.triangle"));
+    assert!(triangles.iter().all(|&k| 3 * (k as usize) < vertices) && triangles.len() > 36);
+    let roll = |t: &mut Terrain, steps: std::ops::Range<usize>| {
+        for k in steps {
+            t.xyz("body[1].position", [-0.03 + 0.8 * k as f64 * H, 0.0, height + 0.049]);
+            t.xyz("body[1].velocity", [0.8, 0.0, 0.0]);
+            t.xyz("body[1].angular_velocity", [0.0, 16.0, 0.0]);
+            t.step(k).unwrap();
+        }
+    };
+    roll(&mut t, 0..60);
+    let bytes = t.0.save().unwrap();
+    roll(&mut t, 60..140);
+    let there = t.array("obstacle.position");
+    assert!(there[0] > at[0] + 0.003 && there[5] < 0.07, "{at:?} {there:?}");
+    let mut other = make(2);
+    other.0.restore(&bytes).unwrap();
+    roll(&mut other, 60..140);
+    assert_eq!(other.array("obstacle.position"), there);
+    assert_eq!(other.bits(), t.bits());
+
+    let e =
+        Terrain::new(r#"{"obstacles": [{"shape": {"obj": {"file": "none.obj"}}, "mass": 1, "position": [0, 0]}]}"#, 1);
+    let e = { e }.begin().unwrap_err();
+    assert!(e.contains("none.obj") && e.contains("cannot be read"), "{e}");
+    let e = Terrain::new(r#"{"obstacles": [{"shape": {"sphere": {"radius": -1}}, "position": [0, 0]}]}"#, 1);
+    let e = { e }.begin().unwrap_err();
+    assert!(e.contains("obstacles[0].shape.sphere.radius") && e.contains("exactly one of mass"), "{e}");
+}

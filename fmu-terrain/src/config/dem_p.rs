@@ -161,6 +161,8 @@ pub const FLOOR: usize = 1;
 pub const WALLS: usize = 2;
 /// Material of the first body.
 pub const FIRST_BODY: usize = 3;
+/// Material of the first obstacle.
+pub const FIRST_OBSTACLE: usize = FIRST_BODY + BODIES;
 
 impl Terrain {
     /// The engine's setup; where `dem_p.step` is null, with 0.8 of the critical step. `surfaces`: friction, restitution,
@@ -189,6 +191,7 @@ impl Terrain {
             let surface = Surface { friction, restitution, young_modulus, poisson_ratio, ..self.bodies.surface };
             *m = material(&surface, c);
         }
+        materials.extend(self.obstacles.iter().map(|o| material(&o.surface, c)));
         let (least, _) = self.radii().range();
         let mut setup = Setup {
             step: p.step.unwrap_or(0.0),

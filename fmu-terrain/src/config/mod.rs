@@ -4,10 +4,12 @@
 //! [`Terrain`] is what serde reads; [`Terrain::check`] reports every fault at once.
 
 pub mod dem_p;
+pub mod obstacles;
 mod other;
 pub mod pairs;
 
 pub use dem_p::DemP;
+pub use obstacles::{Obstacle, ObstacleShape};
 pub use other::{DemC, Rigid, Scm};
 pub use pairs::{MaterialName, PairValues};
 
@@ -33,6 +35,9 @@ pub struct Terrain {
     pub bed: Bed,
     /// Surface of bodies that do not say their own.
     pub bodies: Bodies,
+    /// Rigid bodies that are free to move; used by terrain_dem_p.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<Obstacle>,
     /// Penalty granular model: used by terrain_dem_p.
     pub dem_p: DemP,
     /// Complementarity granular model: used by terrain_dem_c.
@@ -243,6 +248,9 @@ impl Terrain {
         self.bed.check(&mut f, &self.soil);
         self.bodies.surface.check(&mut f, "bodies.surface");
         self.dem_p.check(&mut f, &self.soil);
+        let most = obstacles::GREATEST_OBSTACLES;
+        f.check(self.obstacles.len() <= most, "obstacles", self.obstacles.len(), &format!("at most {most}"));
+        self.obstacles.iter().enumerate().for_each(|(k, o)| o.check(&mut f, k));
         if let Some(x) = &self.dem_c {
             x.check(&mut f);
         }

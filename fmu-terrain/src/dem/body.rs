@@ -60,6 +60,12 @@ pub trait Shape: Send + Sync {
     fn positions(&self) -> &[Vec3] {
         &[]
     }
+    /// Adds positions (m) and velocities (m/s) of the points in which it meets an obstacle: the vertices of a mesh, in their order.
+    fn surface(&self, _out: &mut Vec<(Vec3, Vec3)>) {}
+    /// The obstacle, if it is one: moved by what acts on it, not by an owner.
+    fn as_free(&mut self) -> Option<&mut super::obstacle::FreeBody> {
+        None
+    }
 }
 
 /// Force and couple of a grain on a body at a point.
@@ -89,6 +95,8 @@ pub struct Body {
     pub angular_impulse: Vec3,
     /// Force at the last inner step (N).
     pub force: Vec3,
+    /// Moment about its centre at the last inner step, from grains (N m).
+    pub moment: Vec3,
 }
 
 impl Body {
@@ -103,6 +111,7 @@ impl Body {
             impulse: zero,
             angular_impulse: zero,
             force: zero,
+            moment: zero,
         }
     }
 
@@ -120,6 +129,7 @@ impl Body {
         self.force = add(self.force, load.force);
         self.impulse = add_scaled(self.impulse, h, load.force);
         let moment = add(cross(sub(t.point, self.shape.centre()), load.force), load.couple);
+        self.moment = add(self.moment, moment);
         self.angular_impulse = add_scaled(self.angular_impulse, h, moment);
         if t.vertices[0] != u32::MAX {
             let at = t.vertices.map(|k| k as usize);

@@ -41,6 +41,26 @@ pub fn rotate(turn: Vec3, x: Vec3) -> Vec3 {
     add(add(scale(c, x), scale(s, cross(k, x))), scale((1.0 - c) * dot(k, x), k))
 }
 
+/// Signed distance (m) of the point `q`, from the centre, from the surface of a cylinder of this axis, radius and half length, and the
+/// direction away from it.
+pub fn nearest_on_cylinder(q: Vec3, axis: Vec3, radius: f64, half: f64) -> (f64, Vec3) {
+    let along = dot(q, axis);
+    let radial = add_scaled(q, -along, axis);
+    let d = norm(radial);
+    let outward = if d > 0.0 { scale(1.0 / d, radial) } else { [0.0; 3] };
+    let end = if along < 0.0 { scale(-1.0, axis) } else { axis };
+    let (dr, da) = (d - radius, along.abs() - half);
+    if dr > 0.0 && da > 0.0 {
+        let away = add_scaled(scale(dr, outward), da, end);
+        let distance = norm(away);
+        (distance, scale(1.0 / distance, away))
+    } else if dr > da {
+        (dr, outward)
+    } else {
+        (da, end)
+    }
+}
+
 impl Shape for Cylinder {
     fn move_to(&mut self, t: f64) {
         self.centre = add_scaled(self.start, t, self.velocity);
@@ -55,23 +75,7 @@ impl Shape for Cylinder {
 
     fn touches(&self, centre: Vec3, radius: f64, out: &mut Vec<BodyTouch>) {
         let q = sub(centre, self.centre);
-        let along = dot(q, self.axis);
-        let radial = add_scaled(q, -along, self.axis);
-        let d = norm(radial);
-        let half = 0.5 * self.width;
-        let outward = if d > 0.0 { scale(1.0 / d, radial) } else { [0.0; 3] };
-        let end = if along < 0.0 { scale(-1.0, self.axis) } else { self.axis };
-        let (dr, da) = (d - self.radius, along.abs() - half);
-        // Signed distance of the centre and the direction away from the surface.
-        let (distance, normal) = if dr > 0.0 && da > 0.0 {
-            let away = add_scaled(scale(dr, outward), da, end);
-            let distance = norm(away);
-            (distance, scale(1.0 / distance, away))
-        } else if dr > da {
-            (dr, outward)
-        } else {
-            (da, end)
-        };
+        let (distance, normal) = nearest_on_cylinder(q, self.axis, self.radius, 0.5 * self.width);
         if distance >= radius {
             return;
         }
@@ -92,6 +96,25 @@ impl Shape for Cylinder {
 
     fn centre(&self) -> Vec3 {
         self.centre
+    }
+
+    /// Five rings of 96 points: what it meets an obstacle in.
+    fn surface(&self, out: &mut Vec<(Vec3, Vec3)>) {
+        const AROUND: u32 = 96;
+        const RINGS: u32 = 5;
+        // Any direction across the axis: the points stay with the space, not with the turning surface, whose speed they have.
+        let aside = if self.axis[0].abs() < 0.8 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
+        let across = cross(self.axis, aside);
+        let u = scale(1.0 / norm(across), across);
+        let w = cross(self.axis, u);
+        for ring in 0..RINGS {
+            let along = self.width * (f64::from(ring) / f64::from(RINGS - 1) - 0.5);
+            for k in 0..AROUND {
+                let (s, c) = (std::f64::consts::TAU * f64::from(k) / f64::from(AROUND)).sin_cos();
+                let arm = add_scaled(scale(along, self.axis), self.radius, add(scale(c, u), scale(s, w)));
+                out.push((add(self.centre, arm), add(self.velocity, cross(self.angular_velocity, arm))));
+            }
+        }
     }
 }
 

@@ -60,6 +60,8 @@ pub fn contacts<L: Law, const ROLL: bool>(
     observer: &mut impl Observer,
 ) {
     scratch.force.clear();
+    // To the number, not to the next power of two: these buffers are what threads add to the memory.
+    scratch.force.reserve_exact((slab.halo - slab.first) as usize);
     scratch.force.resize((slab.halo - slab.first) as usize, Force::default());
     match world.batch {
         Some(batch) => batch.run(rows, &world.options, slab, near, scratch),

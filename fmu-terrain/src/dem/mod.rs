@@ -20,6 +20,7 @@
 //! | [`grid`], [`rebuild`](mod@rebuild), [`slab`] | sort, pair lists, regions |
 //! | [`material`], [`law`], [`contact`] | what a contact does |
 //! | [`kernel`], [`batch`], [`wall`], [`body`], [`cylinder`] | loops over contacts |
+//! | [`obstacle`] | rigid bodies that are free to move |
 //! | [`engine`], `step.rs`, [`team`], [`limits`] | setup, the step, threads, the critical step |
 //! | [`diagnostics`], `energy.rs` | looking at contacts, energies |
 //! | [`sample`](mod@sample), [`settle`](mod@settle), [`surface`] | making a bed and measuring it |
@@ -42,6 +43,7 @@ pub mod kernel;
 pub mod law;
 pub mod limits;
 pub mod material;
+pub mod obstacle;
 pub mod rebuild;
 pub mod rng;
 pub mod sample;
@@ -60,6 +62,7 @@ pub use error::DemError;
 pub use grains::{DemState, Grain};
 pub use law::{Form, LawKind, Tangential};
 pub use material::{Adhesion, Coefficients, Material, PairOverride};
+pub use obstacle::{FreeBody, FreeState, MassOf, Solid};
 pub use sample::{Fill, Radii, Sample, sample};
 pub use settle::{BedReport, Recipe, Settle, Settled, prepare, settle};
 pub use surface::Surface;

@@ -46,7 +46,7 @@ impl CpuEngine {
         }
         for b in &mut *bodies {
             b.shape.move_to(t);
-            b.force = [0.0; 3];
+            (b.force, b.moment) = ([0.0; 3], [0.0; 3]);
         }
         let h = self.setup.step;
         self.approach(h);
@@ -63,6 +63,9 @@ impl CpuEngine {
                 state.body_work += bodies[load.body as usize].apply(&load, h);
             }
         }
+        let options = self.options();
+        super::obstacle::contact::step(bodies, &self.setup, &self.pairs, &options);
+        let state = &mut self.state;
         state.steps += 1;
         state.time += h;
         Ok(())

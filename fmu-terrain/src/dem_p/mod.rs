@@ -45,6 +45,9 @@ the centre: body[k].position.{x,y,z} if that is ever set, else the mean of the v
 the state that the body has when initialization ends, and then the state alone. 'cylinder' takes state, radius and width, \
 axis along the body's y, and needs no arrays.
 
+Obstacles of the specification are rigid bodies that are free to move: spheres, cylinders, boxes, closed meshes. They lie on \
+the settled bed and sleep until a body touches them; obstacle.* are their states and surfaces.
+
 Forces and wrenches are means over the last communication step. The inner step divides the communication step. Results do \
 not depend on 'threads' by a single bit.
 

@@ -2,8 +2,8 @@
 
 use crate::config::Terrain;
 use crate::dem::grains::{R, V, vec_at};
-use crate::dem::{DemState, Surface};
-use crate::variables::Variables;
+use crate::dem::{Body, DemState, Surface};
+use crate::variables::{ObstacleVars, Variables};
 use terramech_fmi2::{UnitError, Values, Var};
 
 /// Writes one of the arrays `grain.*`, by grain number: a recorder asks for one after the other.
@@ -23,6 +23,31 @@ pub fn grain(v: &mut Values, vars: &Variables, state: &DemState, vr: u32) {
     } else if vr == vars.grain_force.vr() {
         fill(v.reals_mut(vars.grain_force), order.iter().flat_map(|&i| state.force[i as usize]));
     }
+}
+
+/// Writes the arrays `obstacle.*`.
+pub fn obstacles(v: &mut Values, vars: &ObstacleVars, bodies: &mut [Body]) {
+    let (mut positions, mut orientations, mut velocities, mut spins, mut forces, mut vertices, mut triangles) =
+        (vec![], vec![], vec![], vec![], vec![], vec![], vec![]);
+    for free in bodies.iter_mut().filter_map(|b| b.shape.as_free()) {
+        let a = free.now.state.to_array();
+        positions.extend(&a[..3]);
+        orientations.extend(&a[3..7]);
+        velocities.extend(&a[7..10]);
+        spins.extend(&a[10..]);
+        forces.extend(free.now.load[0]);
+        let mesh = free.solid().to_mesh();
+        let first = vertices.len() as i32 / 3;
+        triangles.extend(mesh.triangles.iter().flatten().map(|k| first + *k as i32));
+        vertices.extend(mesh.vertices.iter().flat_map(|p| free.to_world(*p)));
+    }
+    *v.reals_mut(vars.position) = positions;
+    *v.reals_mut(vars.orientation) = orientations;
+    *v.reals_mut(vars.velocity) = velocities;
+    *v.reals_mut(vars.angular_velocity) = spins;
+    *v.reals_mut(vars.force) = forces;
+    *v.reals_mut(vars.mesh_position) = vertices;
+    *v.integers_mut(vars.mesh_triangle) = triangles;
 }
 
 /// Writes the arrays `probe.*`.

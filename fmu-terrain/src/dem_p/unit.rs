@@ -3,8 +3,10 @@
 use super::bed_file::{self, BedFile};
 use super::bodies::{self, Kind, Slot};
 use super::outputs;
+use crate::config::dem_p::FIRST_OBSTACLE;
 use crate::config::{BODIES, Terrain};
-use crate::dem::{self, BedReport, Body, CpuEngine, DemState, GrainEngine, limits};
+use crate::dem::grains::R;
+use crate::dem::{self, BedReport, Body, CpuEngine, DemState, FreeState, GrainEngine, Solid, limits};
 use crate::error::unit_error;
 use crate::variables::Variables;
 use serde::{Deserialize, Serialize};
@@ -38,6 +40,10 @@ struct Own {
     slots: Vec<Slot>,
     /// Surfaces of the bodies, once initialization is over.
     surfaces: Vec<[f64; 4]>,
+    /// Shapes of the obstacles: contents of files, not their paths.
+    solids: Vec<Solid>,
+    /// States of the obstacles when saved.
+    obstacles: Vec<FreeState>,
 }
 
 #[derive(Serialize)]
@@ -124,10 +130,27 @@ impl DemPUnit {
         }
         self.engine = Some(engine);
         self.own.report = Some(report);
+        self.place_obstacles(&spec)?;
         let c = self.vars.common;
         v.lock([c.threads.vr(), self.vars.bed_load.vr(), self.vars.bed_save.vr()], LOCKED);
         v[self.vars.height] = height;
         v[self.vars.grain_count] = i32::try_from(grains).unwrap_or(i32::MAX);
+        Ok(())
+    }
+
+    /// Puts the obstacles on the bed, behind the driven bodies.
+    fn place_obstacles(&mut self, spec: &Terrain) -> Result<(), UnitError> {
+        let Some(engine) = &self.engine else { return Ok(()) };
+        let rows = &engine.state().rows;
+        let ground = |low: [f64; 2], high: [f64; 2]| {
+            let below = rows.iter().filter(|r| (0..2).all(|c| r[c] + r[R] > low[c] && r[c] - r[R] < high[c]));
+            below.map(|r| r[2] + r[R]).fold(0.0, f64::max)
+        };
+        self.bodies.truncate(BODIES);
+        for (k, (obstacle, solid)) in spec.obstacles.iter().zip(&self.own.solids).enumerate() {
+            let free = obstacle.body(solid.clone(), ground)?;
+            self.bodies.push(Body::new(Box::new(free), FIRST_OBSTACLE + k));
+        }
         Ok(())
     }
 
@@ -169,7 +192,8 @@ impl DemPUnit {
     fn check_inside(&mut self, host: &Host, time: f64) -> Result<(), UnitError> {
         let Some(spec) = &self.spec else { return Ok(()) };
         let half = [0.5 * spec.bed.length, 0.5 * spec.bed.width];
-        for (k, body) in self.bodies.iter().enumerate().filter(|(k, _)| self.own.slots[*k].kind != Kind::None) {
+        let driven = self.bodies.iter().take(BODIES).enumerate();
+        for (k, body) in driven.filter(|(k, _)| self.own.slots[*k].kind != Kind::None) {
             let [low, high] = body.shape.bounds();
             let axes = [0, 1].into_iter().filter(|&c| low[c] <= high[c]);
             for (c, beyond) in axes.map(|c| (c, low[c] > half[c] || high[c] < -half[c])) {
@@ -198,6 +222,10 @@ impl DemPUnit {
 
     fn on_demand(&mut self, v: &mut Values, host: &Host, vr: u32) -> Result<(), UnitError> {
         self.bed(v, host)?;
+        if vr >= self.vars.obstacle.position.vr() && vr <= self.vars.obstacle.mesh_triangle.vr() {
+            outputs::obstacles(v, &self.vars.obstacle, &mut self.bodies);
+            return Ok(());
+        }
         let (Some(engine), Some(spec)) = (&self.engine, &self.spec) else { return Ok(()) };
         let (vars, state) = (&self.vars, engine.state());
         let grain = [vars.grain_position, vars.grain_velocity, vars.grain_radius, vars.grain_force];
@@ -231,6 +259,7 @@ impl Unit for DemPUnit {
                 .map_err(|e| UnitError::input(format!("{}: {e}", given.origin)))?,
             origin: given.origin,
             slots: vec![Slot::default(); BODIES],
+            solids: given.value.obstacles.iter().map(|o| o.solid(given.folder.as_deref())).collect::<Result<_, _>>()?,
             ..Own::default()
         };
         self.spec = Some(given.value);
@@ -291,6 +320,7 @@ impl Unit for DemPUnit {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, UnitError> {
+        self.own.obstacles = self.bodies.iter_mut().filter_map(|b| b.shape.as_free()).map(|f| f.now.clone()).collect();
         state::to_bytes(&Save { own: &self.own, state: self.engine.as_ref().map(|e| e.state()) })
     }
 
@@ -304,12 +334,17 @@ impl Unit for DemPUnit {
         self.bodies = (0..BODIES).map(bodies::absent).collect();
         self.triangles = vec![Vec::new(); BODIES];
         self.engine = None;
-        if let Some(spec) = &self.spec {
+        if let Some(spec) = self.spec.clone() {
             let setup = spec.setup(&self.own.surfaces);
             self.longest = setup.step;
             if let Some(state) = state {
                 let threads = v[self.vars.common.threads].max(1) as usize;
                 self.engine = Some(CpuEngine::with_state(setup, state, threads).map_err(|e| unit_error(e, false))?);
+                self.place_obstacles(&spec)?;
+                let obstacles = std::mem::take(&mut self.own.obstacles);
+                for (free, saved) in self.bodies.iter_mut().filter_map(|b| b.shape.as_free()).zip(obstacles) {
+                    free.restore(saved);
+                }
                 // Faultless when it was saved.
                 if !self.own.surfaces.is_empty() {
                     self.place_bodies(v)?;

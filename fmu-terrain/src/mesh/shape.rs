@@ -103,4 +103,8 @@ impl Shape for MeshShape {
     fn positions(&self) -> &[Vec3] {
         self.body.positions()
     }
+
+    fn surface(&self, out: &mut Vec<(Vec3, Vec3)>) {
+        out.extend(self.body.positions().iter().copied().zip(self.body.velocities().iter().copied()));
+    }
 }
