@@ -1,7 +1,7 @@
 //! Terrain units: granular soil by the discrete element method.
 //!
 //! [`dem`] is the granular engine, without FMI; [`mesh`] finds where grains touch triangle meshes; [`config`] and
-//! [`variables`] are common to all terrains; [`dem_p`] is the model `terrain_dem_p`.
+//! [`variables`] are common to all terrains; [`dem_p`] is the model `terrain_dem_p`, [`rigid`] the model `terrain_rigid`.
 //!
 //! ```
 //! use terramech_fmi2::instance::Instance;
@@ -23,11 +23,12 @@ pub mod dem_c;
 pub mod dem_p;
 pub mod error;
 pub mod mesh;
+pub mod rigid;
 pub mod variables;
 
 use terramech_fmi2::Model;
 
 /// All models of this library; the GUID selects among them.
 pub fn models() -> Vec<Model> {
-    vec![dem_p::model()]
+    vec![dem_p::model(), rigid::model()]
 }

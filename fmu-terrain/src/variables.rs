@@ -50,6 +50,33 @@ pub struct ObstacleVars {
     pub mesh_triangle: IntegerArrayVar,
 }
 
+/// Handles of one set of probes: points in, the ground there out.
+#[derive(Clone, Copy, Debug)]
+pub struct ProbeVars {
+    /// In: points x, y, z (m).
+    pub position: RealArrayVar,
+    /// Out: height there (m).
+    pub height: RealArrayVar,
+    /// Out: upward unit normal there.
+    pub normal: RealArrayVar,
+    /// Out: friction there.
+    pub friction: RealArrayVar,
+}
+
+impl ProbeVars {
+    /// Whether `vr` is one of the answers.
+    pub fn answers(&self, vr: u32) -> bool {
+        [self.height, self.normal, self.friction].iter().any(|p| p.vr() == vr)
+    }
+}
+
+impl Variables {
+    /// The set of probes, the common one or a body's, that `vr` is an answer of.
+    pub fn probe_of(&self, vr: u32) -> Option<ProbeVars> {
+        self.body_probe.iter().chain([&self.probe]).find(|p| p.answers(vr)).copied()
+    }
+}
+
 /// Handles of all variables.
 #[derive(Clone, Debug)]
 pub struct Variables {
@@ -63,14 +90,10 @@ pub struct Variables {
     pub body: Vec<BodyVars>,
     /// Height of the settled bed (m).
     pub height: RealVar,
-    /// In: points x, y, z (m).
-    pub probe_position: RealArrayVar,
-    /// Out: height there (m).
-    pub probe_height: RealArrayVar,
-    /// Out: upward unit normal there.
-    pub probe_normal: RealArrayVar,
-    /// Out: friction there.
-    pub probe_friction: RealArrayVar,
+    /// Probes.
+    pub probe: ProbeVars,
+    /// Probes of each body, so that every tire can ask the ground by itself.
+    pub body_probe: Vec<ProbeVars>,
     /// Out: grain numbers.
     pub grain_id: IntegerArrayVar,
     /// Out: positions (m).
@@ -114,18 +137,8 @@ pub fn declare() -> (Table, Variables) {
         "Height of the settled bed: mean over square cells two mean diameters wide of the highest point of a grain in each",
     );
     t.depends_initially(height, &[common.specification.vr(), bed_load.vr()]);
-    let probe_position =
-        t.input_real_array("probe.position", "m", "Points to probe, x0, y0, z0, x1, ... (z is not used)");
-    let probe_height =
-        t.output_real_array("probe.height", "m", "Height of the ground at each point now; 0 outside the box");
-    let probe_normal =
-        t.output_real_array("probe.normal", "1", "Upward unit normal of the ground at each point, x0, y0, z0, x1, ...");
-    let probe_friction =
-        t.output_real_array("probe.friction", "1", "Coefficient of friction of the ground at each point");
-    for v in [probe_height, probe_normal, probe_friction] {
-        t.on_demand(v);
-        t.depends_initially(v, &[common.specification.vr(), bed_load.vr(), probe_position.vr()]);
-    }
+    let initially = [common.specification.vr(), bed_load.vr()];
+    let probe = probe(&mut t, "probe", initially);
     let grain_id =
         t.output_integer_array("grain.id", "Numbers of the grains, ascending: the order of all grain arrays");
     let grain_position = t.output_real_array("grain.position", "m", "Positions of the grains");
@@ -161,16 +174,15 @@ pub fn declare() -> (Table, Variables) {
     for v in [contact_count, grain_count] {
         t.depends_initially(v, &[common.specification.vr(), bed_load.vr()]);
     }
+    let body_probe = (1..=BODIES).map(|k| self::probe(&mut t, &format!("body[{k}].probe"), initially)).collect();
     let vars = Variables {
         common,
         bed_load,
         bed_save,
         body,
         height,
-        probe_position,
-        probe_height,
-        probe_normal,
-        probe_friction,
+        probe,
+        body_probe,
         grain_id,
         grain_position,
         grain_velocity,
@@ -207,6 +219,24 @@ fn obstacles(t: &mut Table, from: &[u32]) -> ObstacleVars {
     t.on_demand(mesh_triangle);
     t.depends_initially(mesh_triangle, from);
     ObstacleVars { position, orientation, velocity, angular_velocity, force, mesh_position, mesh_triangle }
+}
+
+/// A set of probes.
+fn probe(t: &mut Table, prefix: &str, [specification, bed_load]: [u32; 2]) -> ProbeVars {
+    let name = |n: &str| format!("{prefix}.{n}");
+    let position = t.input_real_array(&name("position"), "m", "Points to probe, x0, y0, z0, x1, ... (z is not used)");
+    let height = t.output_real_array(&name("height"), "m", "Height of the ground at each point now; 0 outside the box");
+    let normal = t.output_real_array(
+        &name("normal"),
+        "1",
+        "Upward unit normal of the ground at each point, x0, y0, z0, x1, ...",
+    );
+    let friction = t.output_real_array(&name("friction"), "1", "Coefficient of friction of the ground at each point");
+    for v in [height, normal, friction] {
+        t.on_demand(v);
+        t.depends_initially(v, &[specification, bed_load, position.vr()]);
+    }
+    ProbeVars { position, height, normal, friction }
 }
 
 fn body(t: &mut Table, k: usize) -> BodyVars {

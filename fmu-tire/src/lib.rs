@@ -1,4 +1,5 @@
-//! Tire units: the rigid wheel ([`rigid`]) and the flexible tire ([`ancf`]).
+//! Tire units: the rigid wheel ([`rigid`]), the flexible tire ([`ancf`]), and Fiala's and Pacejka's tires for handling
+//! ([`terramech_handling_tires`]).
 //!
 //! A tire stands between the vehicle and the terrain: it takes the state of a wheel, publishes its surface as a mesh for the
 //! terrain, and turns the terrain's forces into the wrench on the wheel.
@@ -20,5 +21,5 @@ use terramech_fmi2::Model;
 
 /// All models of this library; the GUID selects among them.
 pub fn models() -> Vec<Model> {
-    vec![rigid::model(), ancf::model()]
+    [rigid::model(), ancf::model()].into_iter().chain(terramech_handling_tires::unit::models()).collect()
 }

@@ -1,6 +1,7 @@
 //! Tire models for handling: forces of a wheel on firm ground as functions of deflection and slip.
 //!
-//! The ground is seen through one probe under the wheel: height, normal and friction ([`Probe`]). From it and the wheel's state a
+//! The ground is seen through one plane under the wheel: height, normal and friction ([`Probe`]); on uneven ground [`envelope`] finds the plane
+//! that stands for a profile. From it and the wheel's state a
 //! [`Contact`] frame follows (x along the wheel's heading, y to its left, z along the normal); a [`Tire`] gives forces and moments in that frame, which
 //! [`Contact::wrench`] turns into the wrench about the wheel centre.
 //!
@@ -20,6 +21,7 @@
 #![forbid(unsafe_code)]
 
 pub mod contact;
+pub mod envelope;
 pub mod fiala;
 pub mod pac02;
 pub mod rigid;

@@ -2,13 +2,18 @@
 //!
 //! The whole mass of the tire is handed over as `hub.mass`; what is sent are contact forces alone. Between communication points the
 //! wheel moves on by its velocities; the wrench is the mean over the step. The ground is asked at the point under the wheel centre
-//! (`probe.position`); without a connected probe it is the plane at `ground_height` with the parameter `friction`.
+//! (`probe.position`), or at `probe_count` points along the heading ([`crate::envelope`]); without a connected probe it is the plane at
+//! `ground_height` with the parameter `friction`. Under explicit coupling, where all outputs are read before any input is set, an answer is for the
+//! point that was asked one communication step earlier; the unit remembers it and moves on from there along the tangent plane.
 
+use crate::envelope::{self, Sample};
 use crate::{Contact, Probe, Tire, Transient, fiala::Fiala, pac02::Pac02};
 use serde::{Deserialize, Serialize};
 use terramech_fmi2::specification::{self, Faults};
 use terramech_fmi2::variables::{CommonVars, StateVars, WrenchVars};
-use terramech_fmi2::{Host, Model, RealArrayVar, RealVar, Stage, Step, Table, Unit, UnitError, Values, Var, state};
+use terramech_fmi2::{
+    Host, IntegerVar, Model, RealArrayVar, RealVar, Stage, Step, Table, Unit, UnitError, Values, Var, state,
+};
 use terramech_mechanics::{RigidState, Vec3};
 
 /// Longest inner step (s).
@@ -55,6 +60,7 @@ struct Vars {
     ground_height: RealVar,
     friction: RealVar,
     side: RealVar,
+    count: IntegerVar,
     position: RealArrayVar,
     probe: [RealArrayVar; 3],
     hub: [RealVar; 4],
@@ -71,14 +77,23 @@ fn declare() -> (Table, Vars) {
     t.range(friction, Some(0.0), Some(2.0));
     let side = t.parameter_real("side", 1.0, "1", "1 for a left wheel, -1 for a right one: conicity is mirrored");
     t.range(side, Some(-1.0), Some(1.0));
+    let count = t.parameter_integer(
+        "probe_count",
+        1,
+        "Points of the ground that are asked for: 1 under the wheel centre, which is exact on a plane; 3 to 401 along the heading \
+         over the tire's diameter, from which an equivalent plane follows (obstacles: 41)",
+    );
+    t.range(count, Some(1.0), Some(401.0));
     let probe = [
         t.input_real_array("probe.height", "m", "Height of the ground at probe.position"),
         t.input_real_array("probe.normal", "1", "Unit normal of the ground there"),
         t.input_real_array("probe.friction", "1", "Coefficient of friction there"),
     ];
     let position =
-        t.output_real_array("probe.position", "m", "Point at which the ground is asked: under the wheel centre");
-    t.depends_initially(position, &wheel.all());
+        t.output_real_array("probe.position", "m", "Points at which the ground is asked, x0, y0, z0, x1, ...");
+    let mut asked = wheel.all();
+    asked.extend([common.specification.vr(), count.vr()]);
+    t.depends_initially(position, &asked);
     let wrench = t.wrench("wheel", true, "the wheel from the ground, about the wheel centre");
     let hub = [
         t.calculated_real("hub.mass", "kg", "Mass of the tire, to be integrated with the wheel"),
@@ -98,7 +113,7 @@ fn declare() -> (Table, Vars) {
         ("camber", "rad", "Inclination against the ground, top to the right positive"),
     ]
     .map(|(name, unit, text)| t.output_real(name, unit, text));
-    (t, Vars { common, wheel, wrench, ground_height, friction, side, position, probe, hub, size, outputs })
+    (t, Vars { common, wheel, wrench, ground_height, friction, side, count, position, probe, hub, size, outputs })
 }
 
 struct HandlingTire {
@@ -107,6 +122,9 @@ struct HandlingTire {
     /// Resolved specification as text, and what follows from it.
     spec: Option<(String, Tire, [f64; 4], f64)>,
     transient: Transient,
+    /// The points that the answers of the next step are for: those asked one communication step before the last (all outputs are
+    /// read before any input is set).
+    asked: Vec<f64>,
 }
 
 impl HandlingTire {
@@ -142,32 +160,60 @@ impl HandlingTire {
             .map_err(|e| UnitError::input(format!("wheel.{e}")))
     }
 
-    fn ground(&self, v: &Values) -> Result<Probe, UnitError> {
+    /// What the probes answered; `None`: none is connected.
+    fn samples(&self, v: &Values) -> Result<Option<Vec<Sample>>, UnitError> {
         let [h, n, m] = self.vars.probe.map(|a| v.reals(a));
-        match (h.len(), n.len(), m.len()) {
-            (0, 0, 0) => Ok(Probe::level(v[self.vars.ground_height], v[self.vars.friction])),
-            (1, 3, 1) => {
-                let normal = Vec3::new(n[0], n[1], n[2]);
-                if !((normal.norm() - 1.0).abs() < 1e-3 && normal.z > 0.1) {
-                    return Err(UnitError::input(format!(
-                        "'probe.normal' is {n:?}; allowed: a unit vector that points up"
-                    )));
-                }
-                Ok(Probe { height: h[0], normal, friction: m[0] })
+        let asked = &self.asked;
+        let count = asked.len() / 3;
+        let sizes = (h.len(), n.len(), m.len());
+        if sizes == (0, 0, 0) {
+            return Ok(None);
+        }
+        if sizes != (count, 3 * count, count) {
+            return Err(UnitError::input(format!(
+                "'probe.height', 'probe.normal', 'probe.friction' have {sizes:?} elements; allowed: ({count}, {}, {count}) as \
+                 probe.position asks, or none of them",
+                3 * count
+            )));
+        }
+        let mut out = Vec::with_capacity(count);
+        for k in 0..count {
+            let normal = Vec3::new(n[3 * k], n[3 * k + 1], n[3 * k + 2]);
+            if !((normal.norm() - 1.0).abs() < 1e-3 && normal.z > 0.1) {
+                return Err(UnitError::input(format!(
+                    "'probe.normal' of point {k} is {:?}; allowed: a unit vector that points up",
+                    normal.as_slice()
+                )));
             }
-            sizes => Err(UnitError::input(format!(
-                "'probe.height', 'probe.normal', 'probe.friction' have {sizes:?} elements; allowed: (1, 3, 1), or none of them"
-            ))),
+            out.push(Sample { position: Vec3::new(asked[3 * k], asked[3 * k + 1], h[k]), normal, friction: m[k] });
+        }
+        Ok(Some(out))
+    }
+
+    /// The plane under the wheel now; `None`: it is in the air.
+    fn plane(&self, v: &Values, samples: Option<&[Sample]>, wheel: &RigidState, radius: f64) -> Option<Probe> {
+        match samples {
+            None => Some(Probe::level(v[self.vars.ground_height], v[self.vars.friction])),
+            Some([one]) => Some(envelope::tangent(wheel, one)),
+            Some(many) => envelope::equivalent(wheel, radius, many),
         }
     }
 
-    fn publish(&self, v: &mut Values) -> Result<(), UnitError> {
+    fn ask(&self, v: &mut Values, wheel: &RigidState, radius: f64) {
+        let points = envelope::points(wheel, radius, v[self.vars.count].max(1) as usize);
+        let to = v.reals_mut(self.vars.position);
+        to.clear();
+        to.extend(points.iter().flat_map(|p| [p.x, p.y, p.z]));
+    }
+
+    fn publish(&mut self, v: &mut Values) -> Result<(), UnitError> {
         if let Some((_, tire, hub, width)) = &self.spec {
             v.put(self.vars.hub, *hub);
             v.put(self.vars.size, [tire.radius(), *width]);
+            let (wheel, radius) = (self.wheel(v)?, tire.radius());
+            self.ask(v, &wheel, radius);
+            self.asked.clone_from(v.reals(self.vars.position));
         }
-        let p = self.wheel(v)?.position;
-        *v.reals_mut(self.vars.position) = vec![p.x, p.y, p.z];
         Ok(())
     }
 }
@@ -207,7 +253,7 @@ impl Unit for HandlingTire {
         let Some((_, tire, ..)) = &self.spec else {
             return Err(UnitError::input("the tire has not been initialised"));
         };
-        let (mut wheel, ground) = (self.wheel(v)?, self.ground(v)?);
+        let (mut wheel, samples) = (self.wheel(v)?, self.samples(v)?);
         let side = if v[self.vars.side] < 0.0 { -1.0 } else { 1.0 };
         let n = (step.size / INNER - 1e-9).ceil().max(1.0);
         let h = step.size / n;
@@ -216,7 +262,9 @@ impl Unit for HandlingTire {
         let mut transient = self.transient;
         for _ in 0..n as usize {
             wheel = wheel.advanced(h);
-            let contact = Contact::new(&wheel, &ground, tire.radius());
+            let contact = self
+                .plane(v, samples.as_deref(), &wheel, tire.radius())
+                .and_then(|ground| Contact::new(&wheel, &ground, tire.radius()));
             transient = transient.advanced(tire, contact.as_ref(), h);
             shown = [0.0, 0.0, transient.kappa, transient.tan_alpha, 0.0];
             if let Some(c) = &contact {
@@ -234,17 +282,19 @@ impl Unit for HandlingTire {
         v.put(self.vars.wrench.force, force.into());
         v.put(self.vars.wrench.moment, moment.into());
         v.put(self.vars.outputs, shown);
-        *v.reals_mut(self.vars.position) = vec![wheel.position.x, wheel.position.y, wheel.position.z];
+        let radius = tire.radius();
+        self.asked = v.reals(self.vars.position).to_vec();
+        self.ask(v, &wheel, radius);
         Ok(())
     }
 
     fn save(&mut self) -> Result<Vec<u8>, UnitError> {
-        state::to_bytes(&(self.spec.as_ref().map(|s| s.0.clone()), self.transient))
+        state::to_bytes(&(self.spec.as_ref().map(|s| s.0.clone()), self.transient, &self.asked))
     }
 
     fn restore(&mut self, _: &mut Values, bytes: &[u8]) -> Result<(), UnitError> {
-        let (text, transient): (Option<String>, Transient) = state::from_bytes(bytes)?;
-        self.transient = transient;
+        let (text, transient, asked): (Option<String>, Transient, Vec<f64>) = state::from_bytes(bytes)?;
+        (self.transient, self.asked) = (transient, asked);
         self.spec = match text {
             Some(text) => {
                 let (tire, hub, width) = self.read(&text, "saved specification")?;
@@ -266,12 +316,18 @@ fn default_specification(kind: Kind) -> String {
 fn model(kind: Kind, name: &'static str, description: &'static str, schema: serde_json::Value) -> Model {
     let (table, vars) = declare();
     let mut m = Model::new(name, description, table, move || {
-        Box::new(HandlingTire { kind, vars: vars.clone(), spec: None, transient: Transient::default() })
+        Box::new(HandlingTire {
+            kind,
+            vars: vars.clone(),
+            spec: None,
+            transient: Transient::default(),
+            asked: Vec::new(),
+        })
     });
     m.weight = 0.1;
     m.default_specification = default_specification(kind);
     m.schema = schema;
-    m.documentation = "A tire model for handling on firm ground. Wheel state in, wheel wrench out; the ground is asked at probe.position, or is a \
+    m.documentation = "A tire model for handling on firm ground. Wheel state in, wheel wrench out; the ground is asked at probe.position (probe_count points), or is a \
                        plane at ground_height where no probe is connected. Mass and inertia are handed over as hub.mass and hub.inertia."
         .into();
     m

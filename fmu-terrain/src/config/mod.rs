@@ -8,9 +8,10 @@ pub mod obstacles;
 mod other;
 pub mod pairs;
 
+pub use crate::rigid::config::Rigid;
 pub use dem_p::DemP;
 pub use obstacles::{Obstacle, ObstacleShape};
-pub use other::{DemC, Rigid, Scm};
+pub use other::{DemC, Scm};
 pub use pairs::{MaterialName, PairValues};
 
 use schemars::JsonSchema;

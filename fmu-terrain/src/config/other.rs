@@ -61,22 +61,6 @@ impl Default for Scm {
     }
 }
 
-/// Rigid ground.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Rigid {
-    /// Height of the ground (m).
-    pub height: f64,
-    /// Coulomb friction (1).
-    pub friction: f64,
-}
-
-impl Default for Rigid {
-    fn default() -> Self {
-        Self { height: 0.0, friction: 0.9 }
-    }
-}
-
 impl DemC {
     pub(super) fn check(&self, f: &mut Faults) {
         f.positive("dem_c.step", self.step);
@@ -99,12 +83,5 @@ impl Scm {
             f.not_negative(path, x);
         }
         f.within("scm.friction_angle", self.friction_angle, 0.0, 1.5);
-    }
-}
-
-impl Rigid {
-    pub(super) fn check(&self, f: &mut Faults) {
-        f.check(self.height.is_finite(), "rigid.height", self.height, "a finite number");
-        f.not_negative("rigid.friction", self.friction);
     }
 }

@@ -3,7 +3,7 @@
 use crate::config::Terrain;
 use crate::dem::grains::{R, V, vec_at};
 use crate::dem::{Body, DemState, Surface};
-use crate::variables::{ObstacleVars, Variables};
+use crate::variables::{ObstacleVars, ProbeVars, Variables};
 use terramech_fmi2::{UnitError, Values, Var};
 
 /// Writes one of the arrays `grain.*`, by grain number: a recorder asks for one after the other.
@@ -50,12 +50,12 @@ pub fn obstacles(v: &mut Values, vars: &ObstacleVars, bodies: &mut [Body]) {
     *v.integers_mut(vars.mesh_triangle) = triangles;
 }
 
-/// Writes the arrays `probe.*`.
+/// Answers a set of probes.
 ///
 /// # Errors
 /// A number of reals that is no multiple of 3.
-pub fn probes(v: &mut Values, vars: &Variables, state: &DemState, spec: &Terrain) -> Result<(), UnitError> {
-    let points = v.reals(vars.probe_position);
+pub fn probes(v: &mut Values, vars: &ProbeVars, state: &DemState, spec: &Terrain) -> Result<(), UnitError> {
+    let points = v.reals(vars.position);
     if !points.len().is_multiple_of(3) {
         return Err(UnitError::input(format!(
             "probe.position has {} values; allowed: three for each point",
@@ -64,10 +64,10 @@ pub fn probes(v: &mut Values, vars: &Variables, state: &DemState, spec: &Terrain
     }
     let points: Vec<[f64; 2]> = points.chunks_exact(3).map(|p| [p[0], p[1]]).collect();
     let surface = Surface::of(state, spec.bed.length, spec.bed.width);
-    fill(v.reals_mut(vars.probe_height), points.iter().map(|p| surface.at(p[0], p[1]).unwrap_or(0.0)));
+    fill(v.reals_mut(vars.height), points.iter().map(|p| surface.at(p[0], p[1]).unwrap_or(0.0)));
     let up = [0.0, 0.0, 1.0];
-    fill(v.reals_mut(vars.probe_normal), points.iter().flat_map(|p| surface.normal(p[0], p[1]).unwrap_or(up)));
-    fill(v.reals_mut(vars.probe_friction), points.iter().map(|_| spec.soil.friction));
+    fill(v.reals_mut(vars.normal), points.iter().flat_map(|p| surface.normal(p[0], p[1]).unwrap_or(up)));
+    fill(v.reals_mut(vars.friction), points.iter().map(|_| spec.soil.friction));
     Ok(())
 }
 

@@ -231,8 +231,8 @@ impl DemPUnit {
         let grain = [vars.grain_position, vars.grain_velocity, vars.grain_radius, vars.grain_force];
         if vr == vars.grain_id.vr() || grain.iter().any(|g| g.vr() == vr) {
             outputs::grain(v, vars, state, vr);
-        } else if [vars.probe_height, vars.probe_normal, vars.probe_friction].iter().any(|p| p.vr() == vr) {
-            outputs::probes(v, vars, state, spec)?;
+        } else if let Some(probe) = vars.probe_of(vr) {
+            outputs::probes(v, &probe, state, spec)?;
         } else if vr == vars.kinetic_energy.vr() {
             v[vars.kinetic_energy] = state.kinetic_energy();
         } else if vr == vars.dissipated_energy.vr() {
@@ -274,7 +274,7 @@ impl Unit for DemPUnit {
             self.bed(v, host)?;
             return Ok(());
         }
-        if vr >= vars.probe_height.vr() {
+        if vr >= vars.probe.height.vr() {
             self.on_demand(v, host, vr)?;
         }
         Ok(())

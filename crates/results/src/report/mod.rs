@@ -7,6 +7,7 @@
 //! Quantities are handed over in SI; the page chooses prefixes (mm, kN) and says them on the axis.
 
 mod decimate;
+mod driving;
 mod page;
 mod plot;
 mod png;
@@ -103,6 +104,7 @@ impl Report {
         figures: Vec<SideView>,
     ) -> Report {
         let mut sections = vec![sections::headlines(summary), sections::over_time(csv, summary)];
+        sections.splice(1..1, driving::driving(csv));
         // One colour scale, so that the views can be compared.
         let max = figures.iter().map(SideView::scale_max).fold(0.0, f64::max);
         let views = figures.into_iter().map(|view| Item::SideView(view.scale_to_default(max)));
