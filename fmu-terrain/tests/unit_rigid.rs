@@ -119,12 +119,11 @@ fn a_mesh_lies_on_its_plane() {
 }
 
 /// The wheel as each of the three shapes, 4 mm deep in the plane, rolling with a little slip.
-fn wheel(shape: &str, k: usize, t: &mut Terrain) {
+fn wheel(shape: &str, k: usize, t: &mut Terrain, mesh: &TriangleMesh) {
     let (r, speed, omega) = (0.3, 1.0, 1.02 / 0.3);
     let time = k as f64 * H;
     let p = [speed * time, 0.0, r - 0.004];
     let angle = omega * time;
-    let mesh = Cylinder::smooth(r, 0.2, 720).mesh().unwrap();
     if shape != "mesh" {
         t.xyz("body[1].position", p);
         let q = [(0.5 * angle).cos(), 0.0, (0.5 * angle).sin(), 0.0];
@@ -152,6 +151,7 @@ fn wheel(shape: &str, k: usize, t: &mut Terrain) {
 fn three_shapes_of_one_wheel_carry_the_same() {
     // Pressure k d over the width: F = k b (area of the segment below the plane).
     let (r, d): (f64, f64) = (0.3, 0.004);
+    let mesh = Cylinder::smooth(r, 0.2, 720).mesh().unwrap();
     let segment = r * r * ((r - d) / r).acos() - (r - d) * (2.0 * r * d - d * d).sqrt();
     let expected = 1e8 * 0.2 * segment;
     for shape in ["cylinder", "rigid_mesh", "mesh"] {
@@ -161,11 +161,11 @@ fn three_shapes_of_one_wheel_carry_the_same() {
         t.set("body[1].radius", r);
         t.set("body[1].width", 0.2);
         t.begin().unwrap();
-        wheel(shape, 0, &mut t);
+        wheel(shape, 0, &mut t, &mesh);
         t.exit();
         let n = 60;
         for k in 0..n {
-            wheel(shape, k, &mut t);
+            wheel(shape, k, &mut t, &mesh);
             t.step(k);
         }
         let f = t.get_xyz("body[1].force");
@@ -239,16 +239,16 @@ fn a_saved_terrain_continues_to_the_same_bits() {
     t.set("body[1].radius", 0.3);
     t.set("body[1].width", 0.2);
     t.begin().unwrap();
-    wheel("cylinder", 0, &mut t);
+    wheel("cylinder", 0, &mut t, &TriangleMesh::default());
     t.exit();
     (0..20).for_each(|k| {
-        wheel("cylinder", k, &mut t);
+        wheel("cylinder", k, &mut t, &TriangleMesh::default());
         t.step(k);
     });
     let mut u = Terrain::new("");
     u.0.restore(&t.0.save().unwrap()).unwrap();
     for x in [&mut t, &mut u] {
-        wheel("cylinder", 20, x);
+        wheel("cylinder", 20, x, &TriangleMesh::default());
         x.step(20);
     }
     assert_eq!(t.get_xyz("body[1].force"), u.get_xyz("body[1].force"));

@@ -41,6 +41,24 @@ fn case_5_4_wishbone_kinematics() {
         figure("5.4", &format!("camber at {travel} mm"), "deg", camber, found_camber, 1e-3);
         figure("5.4", &format!("toe at {travel} mm"), "deg", toe, found_toe, 1e-3);
     }
+    // The whole curve for the tables' plot.
+    let mut curves = [String::new(), String::new()];
+    for travel in (-60..=100).step_by(5) {
+        s.set_drive(jack, f64::from(travel) * 1e-3, 0.0);
+        s.close().unwrap();
+        let axis = s.motion(corners[0].spindle).q * Vec3::y();
+        for (curve, angle) in curves.iter_mut().zip([(-axis.z).asin(), axis.x.atan2(axis.y)]) {
+            curve.push_str(&format!("{} {};", f64::from(travel) * 1e-3, angle));
+        }
+    }
+    let reference = |k: usize| -> String {
+        expected.iter().map(|e| format!("{} {};", e.0 * 1e-3, [e.1, e.2][k] * std::f64::consts::PI / 180.0)).collect()
+    };
+    for (k, name) in ["camber", "toe"].into_iter().enumerate() {
+        let head = format!("\nCURVE|vehicle-kinematics|HMMWV front wishbone: camber and toe|travel|m|{name}|rad");
+        println!("{}|line|{name}|{}", head.replace(&format!("|{name}|"), "|angle|"), curves[k]);
+        println!("{}|points|{name}, reference|{}", head.replace(&format!("|{name}|"), "|angle|"), reference(k));
+    }
 }
 
 #[test]

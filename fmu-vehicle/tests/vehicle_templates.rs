@@ -116,6 +116,38 @@ fn suspensions_close_stand_and_move() {
 }
 
 #[test]
+fn a_solid_axle_with_knuckles_steers() {
+    let solid = json!({"points": {
+        "axle_com": [0.0, 0.0, -0.026], "upper_chassis": [-0.5, 0.45, 0.15], "upper_axle": [-0.02, 0.1, 0.14],
+        "lower_chassis": [-0.6, 0.45, -0.1], "lower_axle": [0.0, 0.55, -0.1]
+    }, "axle": {"mass": 90.0, "inertia": [20.0, 2.0, 20.0]}, "knuckles": {
+        "knuckle": {"mass": 12.0, "inertia": [0.2, 0.2, 0.2]}, "knuckle_com": [0.0, 0.8, -0.026],
+        "kingpin_upper": [0.0, 0.76, 0.1], "kingpin_lower": [0.0, 0.79, -0.12], "tie_rod": [-0.2, 0.72, -0.1],
+        "drag_link_chassis": [-0.250317, 0.448437, 0.054229], "drag_link_knuckle": [-0.2, 0.72, 0.05]
+    }});
+    let mut spec = hmmwv();
+    spec["axles"][0]["suspension"] = with_elements(solid, "axle", [0.0, 0.6, 0.05], "solid_axle");
+    let rest = Rest::find(&complete(spec), &[], &[], Mode::Drive).unwrap();
+    let weight = rest.vehicle.system.mass() * 9.81;
+    assert!((rest.loads.iter().sum::<f64>() / weight - 1.0).abs() < 1e-5, "{:?}", rest.loads);
+    let mut v = rest.vehicle;
+    assert!(shake(&mut v) < 1e-8);
+    v.system.set_gravity(Vec3::zeros());
+    v.inputs.steering = 1.0;
+    for _ in 0..500 {
+        (0..4).for_each(|i| v.wrenches[i].force = Vec3::zeros());
+        v.step(1e-3).unwrap();
+    }
+    let q = v.chassis_state().state.orientation.inverse();
+    let angle = |i: usize| {
+        let axle = q * (v.wheel_state(i).orientation * Vec3::y());
+        (-axle.x).atan2(axle.y).to_degrees()
+    };
+    println!("left {:.1}, right {:.1} deg", angle(0), angle(1));
+    assert!(angle(0) > 5.0 && angle(1) > 5.0, "{} {}", angle(0), angle(1));
+}
+
+#[test]
 fn a_rack_steers() {
     let mut spec = hmmwv();
     spec["steering"] = json!([{"rack_pinion": {"rack": {"mass": 5.0, "inertia": [0.3, 0.1, 0.3]}, "rack_com": [1.44, 0.0, 0.05],

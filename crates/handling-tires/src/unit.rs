@@ -212,7 +212,7 @@ impl HandlingTire {
             v.put(self.vars.size, [tire.radius(), *width]);
             let (wheel, radius) = (self.wheel(v)?, tire.radius());
             self.ask(v, &wheel, radius);
-            self.asked.clone_from(v.reals(self.vars.position));
+            self.asked = v.reals(self.vars.position).to_vec();
         }
         Ok(())
     }

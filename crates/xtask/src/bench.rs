@@ -4,6 +4,7 @@
 
 mod dem;
 mod tire;
+mod vehicle;
 
 use anyhow::{Context, Result, bail};
 use serde_json::json;
@@ -27,6 +28,7 @@ type Bench = (&'static str, &'static str, fn() -> Result<Vec<Row>>);
 const BENCHES: &[Bench] = &[
     ("dem", "granular engine beside LAMMPS, 20k and 100k grains, 1 and 2 threads", dem::dem),
     ("tire", "flexible tire, rolling in contact, 1 and 2 threads, split into its parts", tire::tire),
+    ("vehicle", "HMMWV at 1e-3 s on one core", vehicle::vehicle),
 ];
 
 /// Runs the benchmark `name`; prints a table, writes JSON when asked.

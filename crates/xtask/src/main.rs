@@ -1,9 +1,10 @@
-//! Everything a newcomer or CI runs: `cargo xtask demo|test|pack|validate|bench`.
+//! Everything a newcomer or CI runs: `cargo xtask demo|test|pack|systems|validate|bench`.
 
 mod bench;
 mod demo;
 mod pack;
 mod process;
+mod systems;
 mod test;
 mod validate;
 
@@ -31,6 +32,8 @@ enum Task {
     Test,
     /// Build the units in release and write FMUs into target/fmus and their descriptions into modelDescriptions.
     Pack,
+    /// Write the system descriptions of the vehicle studies in examples/ from the units' variables.
+    Systems,
     /// Run the long validation and write its tables into docs/validation.
     Validate {
         /// Part to run (default: all).
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Task::Demo { out } => demo::demo(&out),
         Task::Test => test::test(),
         Task::Pack => pack::pack().map(|_| ()),
+        Task::Systems => systems::systems(),
         Task::Validate { name } => validate::validate(name.as_deref()),
         Task::Bench { name, json } => bench::bench(&name, json.as_deref()),
     };

@@ -89,3 +89,52 @@ pub enum MbsError {
         time: f64,
     },
 }
+
+impl MbsError {
+    /// The element of a vehicle's specification that the fault points to, by the name of its joint or body: `axles[0].suspension`,
+    /// `steering[0]`, `axles[1].wheel.tire_radius`.
+    pub fn specification_path(&self) -> Option<String> {
+        let text = match self {
+            Self::Body { body, .. } => body,
+            Self::Geometry { joint, .. } | Self::DoesNotClose { joint, .. } | Self::NoConvergence { joint, .. } => {
+                joint
+            }
+            Self::Redundant { list, .. } => list,
+            Self::Shafts(_) => return Some("driveline".into()),
+            Self::Singular { .. } | Self::NotFinite { .. } => return None,
+        };
+        let number = |word: &str| -> Option<usize> {
+            let rest = &text[text.find(word)? + word.len()..];
+            rest.split(|c: char| !c.is_ascii_digit()).next()?.parse::<usize>().ok()?.checked_sub(1)
+        };
+        if let Some(wheel) = number("support of wheel ") {
+            return Some(format!("axles[{}].wheel.tire_radius", wheel / 2));
+        }
+        // The axle first: a tie rod belongs to both.
+        number("axle ")
+            .map(|k| format!("axles[{k}].suspension"))
+            .or_else(|| number("steering ").map(|k| format!("steering[{k}]")))
+            .or_else(|| text.contains("chassis").then(|| "chassis".into()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_point_to_their_element() {
+        let open = |joint: &str| MbsError::DoesNotClose {
+            joint: joint.into(),
+            residual: 1.0,
+            unit: "m",
+            iterations: 3,
+            tolerance: 1e-9,
+        };
+        assert_eq!(open("axle 2 left tie rod").specification_path().unwrap(), "axles[1].suspension");
+        assert_eq!(open("steering 1 idler").specification_path().unwrap(), "steering[0]");
+        assert_eq!(open("support of wheel 3").specification_path().unwrap(), "axles[1].wheel.tire_radius");
+        let twice = MbsError::Redundant { count: 1, list: "joint 'axle 1 right tie rod' repeats what ...".into() };
+        assert_eq!(twice.specification_path().unwrap(), "axles[0].suspension");
+    }
+}

@@ -155,6 +155,17 @@ impl InverseMass {
     }
 }
 
+/// What the right-hand side of a solve holds: parts that are zero are not worked on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// Everything.
+    All,
+    /// Row velocities `d` alone; momenta are zero.
+    Rows,
+    /// Momenta of hubs and shafts alone.
+    Hubs,
+}
+
 impl Factor {
     /// Factors for the Jacobian rows `g` (12 coefficients a row), inverse masses per body and the hub mass matrix.
     ///
@@ -211,13 +222,14 @@ impl Factor {
         Ok(())
     }
 
-    /// Solves for velocities from momenta `r` (6 a body) and `ry` (independent shafts), and row velocities `d`. `u`, `y` receive the
-    /// velocities, `l` the impulses.
+    /// Solves for velocities from momenta `r` (6 a body) and `ry` (independent shafts), and row velocities `d`; `reach` says which of them
+    /// may differ from zero. `u`, `y` receive the velocities, `l` the impulses.
     pub fn solve(
         &mut self,
         layout: &Layout,
         g: &[[f64; 12]],
         inverse: &[InverseMass],
+        reach: Reach,
         r: &[[f64; 6]],
         ry: &[f64],
         d: &[f64],
@@ -230,17 +242,24 @@ impl Factor {
         for (body, col) in layout.hub_col.iter().enumerate() {
             match col {
                 Some(c) => self.x[*c..c + 6].copy_from_slice(&r[body]),
-                None => u[body] = inverse[body].times(&r[body]),
+                None if reach == Reach::All => u[body] = inverse[body].times(&r[body]),
+                None => u[body] = [0.0; 6],
             }
         }
         self.x[layout.shaft_col..].copy_from_slice(ry);
         for (cluster, f) in layout.clusters.iter().zip(&self.clusters) {
             let (n, m) = (cluster.n, cluster.cols.len());
             let z = &mut self.l[cluster.row0..cluster.row0 + n];
+            if reach == Reach::Hubs {
+                z.fill(0.0);
+                continue;
+            }
             z.copy_from_slice(&d[cluster.row0..cluster.row0 + n]);
-            for b in &cluster.bodies {
-                for e in &b.entries {
-                    z[e.row] -= dot6(&g[cluster.row0 + e.row][e.side..e.side + 6], &u[b.body]);
+            if reach == Reach::All {
+                for b in &cluster.bodies {
+                    for e in &b.entries {
+                        z[e.row] -= dot6(&g[cluster.row0 + e.row][e.side..e.side + 6], &u[b.body]);
+                    }
                 }
             }
             forward(&f.u, n, &f.inv, z);

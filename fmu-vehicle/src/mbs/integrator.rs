@@ -9,6 +9,7 @@
 //! line is solved by Newton with the factor that the end of the step before left behind; gaps fall by a factor of about 1e3 an iteration.
 //! The gyroscopic torque `-w x I w` counts as a force, in body axes. Friction holds or slips in both lines.
 
+use super::factor::Reach;
 use super::forces::View;
 use super::friction::{Friction, box_solve};
 use super::{Loads, MbsError, Motion, Pose, System};
@@ -41,8 +42,26 @@ pub(crate) struct Work {
     w: Vec<f64>,
     jw: Vec<f64>,
     start: Vec<(Vec3, terramech_mechanics::Quat)>,
-    friction_u: Vec<Vec<[f64; 6]>>,
-    friction_y: Vec<Vec<f64>>,
+    friction: Responses,
+}
+
+/// What a unit torque of each friction element that is on does: kept as long as the factor is, that is from the end of a step through the first half of
+/// the next.
+#[derive(Clone, Debug, Default)]
+struct Responses {
+    /// The factor they belong to.
+    factor: u64,
+    /// The elements.
+    on: Vec<usize>,
+    u: Vec<Vec<[f64; 6]>>,
+    y: Vec<Vec<f64>>,
+    rows: Vec<Vec<f64>>,
+    /// Slip of element i by a unit torque of element j.
+    d: Vec<f64>,
+    // Scratch.
+    slip: Vec<f64>,
+    limit: Vec<f64>,
+    p: Vec<f64>,
 }
 
 /// A force law outside the system: tires, engine, wind. Called twice a step, with equal inputs for equal states.
@@ -125,7 +144,8 @@ impl System {
             w.d.iter_mut().for_each(|x| *x /= -h);
             w.r.iter_mut().for_each(|x| *x = [0.0; 6]);
             w.ry.fill(0.0);
-            self.factor.solve(&self.layout, &self.g, &self.inverse, &w.r, &w.ry, &w.d, &mut w.du, &mut w.dy);
+            let (f, reach) = (&mut self.factor, Reach::Rows);
+            f.solve(&self.layout, &self.g, &self.inverse, reach, &w.r, &w.ry, &w.d, &mut w.du, &mut w.dy);
             for (u, d) in w.u.iter_mut().zip(&w.du) {
                 (0..6).for_each(|t| u[t] += d[t]);
             }
@@ -237,52 +257,74 @@ impl System {
     }
 
     fn solve(&mut self, w: &mut Work) {
-        self.factor.solve(&self.layout, &self.g, &self.inverse, &w.r, &w.ry, &w.d, &mut w.u, &mut w.y);
+        self.factor.solve(&self.layout, &self.g, &self.inverse, Reach::All, &w.r, &w.ry, &w.d, &mut w.u, &mut w.y);
         self.row_impulses.clear();
         self.row_impulses.extend_from_slice(self.factor.impulses());
     }
 
     /// Adds the impulses of friction elements over `dt`, if any is on.
     fn friction(&mut self, dt: f64, h: f64, w: &mut Work) -> Result<(), MbsError> {
-        let on: Vec<usize> = (0..self.frictions.len()).filter(|&i| self.friction_limit[i] > 0.0).collect();
-        let n = on.len();
+        let n = self.friction_limit.iter().filter(|l| **l > 0.0).count();
         if n == 0 {
             return Ok(());
         }
-        w.friction_u.resize(n.max(w.friction_u.len()), Vec::new());
-        w.friction_y.resize(n.max(w.friction_y.len()), Vec::new());
+        let mut f = std::mem::take(&mut w.friction);
+        let on = (0..self.frictions.len()).filter(|&i| self.friction_limit[i] > 0.0);
+        if f.factor != self.factor_id || !f.on.iter().copied().eq(on.clone()) {
+            f.on.clear();
+            f.on.extend(on);
+            f.factor = self.factor_id;
+            self.responses(&mut f, w);
+        }
+        f.slip.clear();
+        f.slip.extend(f.on.iter().map(|&i| self.friction_slip(i, &w.u, &w.y)));
+        f.limit.clear();
+        f.limit.extend(f.on.iter().map(|&i| self.friction_limit[i] * dt));
+        f.p.clear();
+        f.p.resize(n, 0.0);
+        box_solve(&f.d, &f.slip, &f.limit, &mut f.p);
+        for (i, &k) in f.on.iter().enumerate() {
+            let p = f.p[i];
+            self.friction_torque[k] += p / h;
+            self.row_impulses.iter_mut().zip(&f.rows[i]).for_each(|(l, r)| *l += r * p);
+            for (u, d) in w.u.iter_mut().zip(&f.u[i]) {
+                (0..6).for_each(|t| u[t] += d[t] * p);
+            }
+            w.y.iter_mut().zip(&f.y[i]).for_each(|(y, d)| *y += d * p);
+        }
+        w.friction = f;
+        Ok(())
+    }
+
+    /// Solves for the response to each friction element.
+    fn responses(&mut self, f: &mut Responses, w: &mut Work) {
+        let n = f.on.len();
+        f.u.resize_with(n, Vec::new);
+        f.y.resize_with(n, Vec::new);
+        f.rows.resize_with(n, Vec::new);
         w.d.fill(0.0);
-        let mut slip = vec![0.0; n];
-        let mut responses: Vec<Vec<f64>> = Vec::with_capacity(n);
-        for (i, &f) in on.iter().enumerate() {
+        for i in 0..n {
             w.r.iter_mut().for_each(|x| *x = [0.0; 6]);
             w.ry.fill(0.0);
-            self.friction_row(f, &mut w.r, &mut w.ry);
-            slip[i] = self.friction_slip(f, &w.u, &w.y);
-            let (u, y) = (&mut w.friction_u[i], &mut w.friction_y[i]);
+            self.friction_row(f.on[i], &mut w.r, &mut w.ry);
+            let (u, y) = (&mut f.u[i], &mut f.y[i]);
             u.resize(w.u.len(), [0.0; 6]);
             y.resize(w.y.len(), 0.0);
-            self.factor.solve(&self.layout, &self.g, &self.inverse, &w.r, &w.ry, &w.d, u, y);
-            responses.push(self.factor.impulses().to_vec());
+            // Between shafts alone: nothing pushes the bodies of the clusters but the hubs.
+            let reach = match self.frictions[f.on[i]] {
+                Friction::Shafts { .. } => Reach::Hubs,
+                Friction::Bodies { .. } => Reach::All,
+            };
+            self.factor.solve(&self.layout, &self.g, &self.inverse, reach, &w.r, &w.ry, &w.d, u, y);
+            f.rows[i].clear();
+            f.rows[i].extend_from_slice(self.factor.impulses());
         }
-        let mut d = vec![0.0; n * n];
-        for (i, &f) in on.iter().enumerate() {
+        f.d.clear();
+        for i in 0..n {
             for j in 0..n {
-                d[i * n + j] = self.friction_slip(f, &w.friction_u[j], &w.friction_y[j]);
+                f.d.push(self.friction_slip(f.on[i], &f.u[j], &f.y[j]));
             }
         }
-        let limit: Vec<f64> = on.iter().map(|&f| self.friction_limit[f] * dt).collect();
-        let mut p = vec![0.0; n];
-        box_solve(&d, &slip, &limit, &mut p);
-        for (i, &f) in on.iter().enumerate() {
-            self.friction_torque[f] += p[i] / h;
-            self.row_impulses.iter_mut().zip(&responses[i]).for_each(|(l, r)| *l += r * p[i]);
-            for (u, d) in w.u.iter_mut().zip(&w.friction_u[i]) {
-                (0..6).for_each(|t| u[t] += d[t] * p[i]);
-            }
-            w.y.iter_mut().zip(&w.friction_y[i]).for_each(|(y, d)| *y += d * p[i]);
-        }
-        Ok(())
     }
 
     /// Generalised direction of a unit torque of friction element `f`.

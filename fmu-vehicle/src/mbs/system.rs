@@ -47,6 +47,8 @@ pub struct System {
     pub(crate) poses: Vec<Pose>,
     pub(crate) g: Vec<[f64; 12]>,
     pub(crate) factor: Factor,
+    /// Counts factorisations.
+    pub(crate) factor_id: u64,
     /// Impulses of the rows over the last half step, friction included.
     pub(crate) row_impulses: Vec<f64>,
     pub(crate) loads: Loads,
@@ -99,6 +101,7 @@ impl System {
             poses: Vec::new(),
             g: Vec::new(),
             factor: Factor::default(),
+            factor_id: 0,
             row_impulses: Vec::new(),
             loads: Loads::default(),
             work: Default::default(),
@@ -184,6 +187,7 @@ impl System {
     /// Jacobian and factor for the poses there are.
     pub(crate) fn refactor(&mut self) -> Result<(), MbsError> {
         self.jacobian();
+        self.factor_id += 1;
         if let Err(e) = self.factor.factor(&self.layout, &self.g, &self.inverse, &self.hub_mass) {
             let row = e.0.map_or(self.layout.hub_rows.start, |c| self.layout.clusters[c].row0);
             let k = (0..self.rows.len()).find(|&k| self.layout.first_row[k] == row).unwrap_or(0);

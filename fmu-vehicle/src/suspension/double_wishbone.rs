@@ -4,8 +4,9 @@
 //! arm-upright spherical; tie rod as a distance. Spring and shock between chassis and lower arm. Body axes: those of the arms lie
 //! in the arm (u along the hinge, w normal to the plane of its three points), upright and spindle have the chassis's.
 
-use super::elements::{MassSpec, ShockSpec, SpringSpec, StopsSpec, spring_and_shock};
-use super::{AxleContext, Corner, SIDES, Template, at};
+use super::elements::{MassSpec, ShockSpec, SpringSpec, StopsSpec};
+use super::side::{elements, sides};
+use super::{AxleContext, Corner, Template};
 use crate::mbs::Model;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -92,65 +93,55 @@ pub(crate) fn arm_axes(front: &Vec3, back: &Vec3, outer: &Vec3) -> Quat {
     Quat::from_matrix(&r)
 }
 
+/// Three points of an arm must span a plane.
+pub(crate) fn check_plane(path: &str, front: [f64; 3], back: [f64; 3], outer: [f64; 3], f: &mut Faults) {
+    let (a, b, c) = (Vec3::from(front), Vec3::from(back), Vec3::from(outer));
+    f.check(
+        (b - c).cross(&(a - c)).norm() > 1e-6,
+        path,
+        format!("front {front:?}, back {back:?}, outer {outer:?}"),
+        "three points that span a plane",
+    );
+}
+
 impl Template for DoubleWishbone {
     fn check(&self, path: &str, f: &mut Faults) {
-        self.spindle.check(&format!("{path}.spindle"), f);
-        self.upright.check(&format!("{path}.upright"), f);
-        self.upper_arm.check(&format!("{path}.upper_arm"), f);
-        self.lower_arm.check(&format!("{path}.lower_arm"), f);
-        f.positive(&format!("{path}.axle_inertia"), self.axle_inertia);
+        let bodies = [
+            ("spindle", &self.spindle),
+            ("upright", &self.upright),
+            ("upper_arm", &self.upper_arm),
+            ("lower_arm", &self.lower_arm),
+        ];
+        elements!(self).check(path, &bodies, f);
         f.within(&format!("{path}.camber"), self.camber, -0.3, 0.3);
         f.within(&format!("{path}.toe"), self.toe, -0.3, 0.3);
-        let p = &self.points;
-        for (name, front, back, outer) in [
-            ("upper", p.upper_front, p.upper_back, p.upper_outer),
-            ("lower", p.lower_front, p.lower_back, p.lower_outer),
-        ] {
-            let (a, b, c) = (Vec3::from(front), Vec3::from(back), Vec3::from(outer));
-            let area = (b - c).cross(&(a - c)).norm();
-            f.check(
-                area > 1e-6,
-                &format!("{path}.points.{name}_*"),
-                format!("front {front:?}, back {back:?}, outer {outer:?}"),
-                "three points that span a plane",
-            );
-        }
-        self.spring.check(&format!("{path}.spring"), f);
-        if let Some(s) = &self.stops {
-            s.check(&format!("{path}.stops"), f);
-        }
-        self.shock.check(&format!("{path}.shock"), f);
+        let h = &self.points;
+        check_plane(&format!("{path}.points.upper_*"), h.upper_front, h.upper_back, h.upper_outer, f);
+        check_plane(&format!("{path}.points.lower_*"), h.lower_front, h.lower_back, h.lower_outer, f);
     }
 
     fn build(&self, m: &mut Model, c: &AxleContext) -> [Corner; 2] {
-        SIDES.map(|(side_name, side)| {
-            let name = |part: &str| format!("{} {side_name} {part}", c.name);
-            let p = |x: [f64; 3]| at(c, side, x);
-            let h = &self.points;
-            let wheel = rotation::exp(&Vec3::new(0.0, 0.0, -side * self.toe))
-                * rotation::exp(&Vec3::new(-side * self.camber, 0.0, 0.0));
-            let center = p(h.spindle);
-            let spindle = self.spindle.add(m, &name("spindle"), center, wheel);
-            let upright = self.upright.add(m, &name("upright"), p(h.upright_com), Quat::identity());
-            let (uf, ub, uu) = (p(h.upper_front), p(h.upper_back), p(h.upper_outer));
-            let (lf, lb, lu) = (p(h.lower_front), p(h.lower_back), p(h.lower_outer));
-            let upper = self.upper_arm.add(m, &name("upper arm"), p(h.upper_com), arm_axes(&uf, &ub, &uu));
-            let lower = self.lower_arm.add(m, &name("lower arm"), p(h.lower_com), arm_axes(&lf, &lb, &lu));
-            m.revolute(&name("wheel bearing"), upright, spindle, &center, &(wheel * Vec3::y()));
-            m.revolute(&name("upper arm hinge"), c.chassis, upper, &((uf + ub) / 2.0), &(uf - ub));
-            m.revolute(&name("lower arm hinge"), c.chassis, lower, &((lf + lb) / 2.0), &(lf - lb));
-            m.spherical(&name("upper ball joint"), upper, upright, &uu);
-            m.spherical(&name("lower ball joint"), lower, upright, &lu);
-            m.distance(&name("tie rod"), c.tie_rod, upright, &p(h.tie_rod_chassis), &p(h.tie_rod_upright));
-            let (spring, shock) = spring_and_shock(
-                m,
-                &name("suspension"),
-                (c.chassis, lower),
-                (p(h.spring_chassis), p(h.spring_arm)),
-                (p(h.shock_chassis), p(h.shock_arm)),
-                (&self.spring, self.stops.as_ref(), &self.shock),
-            );
-            Corner { spindle, upright, center, axle_inertia: self.axle_inertia, spring, shock }
+        let h = &self.points;
+        sides(m, c, |s| {
+            let upright = s.body("upright", &self.upright, h.upright_com);
+            let axes = arm_axes(&s.at(h.upper_front), &s.at(h.upper_back), &s.at(h.upper_outer));
+            let upper = s.turned("upper arm", &self.upper_arm, h.upper_com, axes);
+            let axes = arm_axes(&s.at(h.lower_front), &s.at(h.lower_back), &s.at(h.lower_outer));
+            let lower = s.turned("lower arm", &self.lower_arm, h.lower_com, axes);
+            s.chassis_hinge("upper arm hinge", upper, h.upper_front, h.upper_back);
+            s.chassis_hinge("lower arm hinge", lower, h.lower_front, h.lower_back);
+            s.ball("upper ball joint", upper, upright, h.upper_outer);
+            s.ball("lower ball joint", lower, upright, h.lower_outer);
+            s.tie_rod("tie rod", upright, h.tie_rod_chassis, h.tie_rod_upright);
+            let wheel = rotation::exp(&Vec3::new(0.0, 0.0, -s.sign * self.toe))
+                * rotation::exp(&Vec3::new(-s.sign * self.camber, 0.0, 0.0));
+            s.corner(
+                (&self.spindle, h.spindle, wheel),
+                (upright, lower),
+                &elements!(self),
+                [h.spring_chassis, h.spring_arm],
+                [h.shock_chassis, h.shock_arm],
+            )
         })
     }
 }

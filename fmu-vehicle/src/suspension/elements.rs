@@ -1,6 +1,6 @@
 //! Building stones that templates share: masses, springs, shocks.
 
-use crate::mbs::{BodyId, DamperLaw, Model, SpringDamper, SpringLaw, Stops, Table};
+use crate::mbs::{BodyId, DamperLaw, Model, SpringLaw, Stops, Table};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use terramech_fmi2::specification::Faults;
@@ -230,31 +230,4 @@ impl ShockSpec {
             },
         }
     }
-}
-
-/// A spring and a shock between two bodies, each with its own points; returns their indices.
-pub(crate) fn spring_and_shock(
-    m: &mut Model,
-    name: &str,
-    (a, b): (BodyId, BodyId),
-    spring_points: (Vec3, Vec3),
-    shock_points: (Vec3, Vec3),
-    (spring, stops, shock): (&SpringSpec, Option<&StopsSpec>, &ShockSpec),
-) -> (usize, usize) {
-    let zero = Vec3::zeros();
-    let blank = |name: String| SpringDamper {
-        name,
-        a,
-        b,
-        p_ap: zero,
-        p_bp: zero,
-        spring: SpringLaw::None,
-        damper: DamperLaw::None,
-        stops: None,
-    };
-    let s = SpringDamper { spring: spring.law(), stops: stops.map(StopsSpec::law), ..blank(format!("{name} spring")) };
-    let d = SpringDamper { damper: shock.law(), ..blank(format!("{name} shock")) };
-    let is = m.spring(&spring_points.0, &spring_points.1, s);
-    let id = m.spring(&shock_points.0, &shock_points.1, d);
-    (is, id)
 }

@@ -3,14 +3,15 @@
 //! Joints of each side: spindle-upright revolute; arm-chassis revolute; arm-upright spherical; strut-chassis spherical; strut-upright
 //! prismatic along the strut; tie rod as a distance.
 
-use super::double_wishbone::arm_axes;
-use super::elements::{MassSpec, ShockSpec, SpringSpec, StopsSpec, spring_and_shock};
-use super::{AxleContext, Corner, SIDES, Template, at};
+use super::double_wishbone::{arm_axes, check_plane};
+use super::elements::{MassSpec, ShockSpec, SpringSpec, StopsSpec};
+use super::side::{elements, sides};
+use super::{AxleContext, Corner, Template};
 use crate::mbs::Model;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use terramech_fmi2::specification::Faults;
-use terramech_mechanics::{Quat, Vec3};
+use terramech_mechanics::Quat;
 
 /// Specification of a MacPherson axle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -78,45 +79,36 @@ pub struct MacPhersonPoints {
 
 impl Template for MacPherson {
     fn check(&self, path: &str, f: &mut Faults) {
-        self.spindle.check(&format!("{path}.spindle"), f);
-        self.upright.check(&format!("{path}.upright"), f);
-        self.lower_arm.check(&format!("{path}.lower_arm"), f);
-        self.strut.check(&format!("{path}.strut"), f);
-        f.positive(&format!("{path}.axle_inertia"), self.axle_inertia);
-        self.spring.check(&format!("{path}.spring"), f);
-        if let Some(s) = &self.stops {
-            s.check(&format!("{path}.stops"), f);
-        }
-        self.shock.check(&format!("{path}.shock"), f);
+        let bodies = [
+            ("spindle", &self.spindle),
+            ("upright", &self.upright),
+            ("lower_arm", &self.lower_arm),
+            ("strut", &self.strut),
+        ];
+        elements!(self).check(path, &bodies, f);
+        let h = &self.points;
+        check_plane(&format!("{path}.points.lower_*"), h.lower_front, h.lower_back, h.lower_outer, f);
     }
 
     fn build(&self, m: &mut Model, c: &AxleContext) -> [Corner; 2] {
-        SIDES.map(|(side_name, side)| {
-            let name = |part: &str| format!("{} {side_name} {part}", c.name);
-            let p = |x: [f64; 3]| at(c, side, x);
-            let h = &self.points;
-            let center = p(h.spindle);
-            let spindle = self.spindle.add(m, &name("spindle"), center, Quat::identity());
-            let upright = self.upright.add(m, &name("upright"), p(h.upright_com), Quat::identity());
-            let (lf, lb, lu) = (p(h.lower_front), p(h.lower_back), p(h.lower_outer));
-            let lower = self.lower_arm.add(m, &name("lower arm"), p(h.lower_com), arm_axes(&lf, &lb, &lu));
-            let strut = self.strut.add(m, &name("strut"), p(h.strut_com), Quat::identity());
-            m.revolute(&name("wheel bearing"), upright, spindle, &center, &Vec3::y());
-            m.revolute(&name("lower arm hinge"), c.chassis, lower, &((lf + lb) / 2.0), &(lf - lb));
-            m.spherical(&name("lower ball joint"), lower, upright, &lu);
-            let (top, bottom) = (p(h.strut_top), p(h.strut_bottom));
-            m.spherical(&name("strut mount"), c.chassis, strut, &top);
-            m.prismatic(&name("strut slide"), upright, strut, &bottom, &(top - bottom));
-            m.distance(&name("tie rod"), c.tie_rod, upright, &p(h.tie_rod_chassis), &p(h.tie_rod_upright));
-            let (spring, shock) = spring_and_shock(
-                m,
-                &name("suspension"),
-                (c.chassis, upright),
-                (p(h.spring_chassis), p(h.spring_upright)),
-                (p(h.shock_chassis), p(h.shock_upright)),
-                (&self.spring, self.stops.as_ref(), &self.shock),
-            );
-            Corner { spindle, upright, center, axle_inertia: self.axle_inertia, spring, shock }
+        let h = &self.points;
+        sides(m, c, |s| {
+            let upright = s.body("upright", &self.upright, h.upright_com);
+            let axes = arm_axes(&s.at(h.lower_front), &s.at(h.lower_back), &s.at(h.lower_outer));
+            let lower = s.turned("lower arm", &self.lower_arm, h.lower_com, axes);
+            let strut = s.body("strut", &self.strut, h.strut_com);
+            s.chassis_hinge("lower arm hinge", lower, h.lower_front, h.lower_back);
+            s.ball("lower ball joint", lower, upright, h.lower_outer);
+            s.chassis_ball("strut mount", strut, h.strut_top);
+            s.slide("strut slide", upright, strut, h.strut_bottom, h.strut_top);
+            s.tie_rod("tie rod", upright, h.tie_rod_chassis, h.tie_rod_upright);
+            s.corner(
+                (&self.spindle, h.spindle, Quat::identity()),
+                (upright, upright),
+                &elements!(self),
+                [h.spring_chassis, h.spring_upright],
+                [h.shock_chassis, h.shock_upright],
+            )
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Suspension templates: one file each. A template adds the bodies, joints and force elements of one axle to a model.
 //!
-//! To add one: a file with its specification (serde, schemars) that implements [`Template`], a variant of [`Suspension`] and a line in
-//! [`Suspension::template`].
+//! To add one: a file with its specification (serde, schemars) that implements [`Template`] with the means of `side.rs`, a variant of [`Suspension`]
+//! and a line in [`Suspension::template`].
 
 mod double_wishbone;
 pub mod elements;
@@ -9,6 +9,7 @@ mod macpherson;
 mod multi_link;
 mod reduced_double_wishbone;
 mod semi_trailing_arm;
+mod side;
 mod solid_axle;
 
 pub use double_wishbone::{DoubleWishbone, DoubleWishbonePoints};
@@ -16,7 +17,7 @@ pub use macpherson::{MacPherson, MacPhersonPoints};
 pub use multi_link::{MultiLink, MultiLinkPoints};
 pub use reduced_double_wishbone::{ReducedDoubleWishbone, ReducedDoubleWishbonePoints};
 pub use semi_trailing_arm::{SemiTrailingArm, SemiTrailingArmPoints};
-pub use solid_axle::{SolidAxle, SolidAxlePoints};
+pub use solid_axle::{Knuckles, SolidAxle, SolidAxlePoints};
 
 use crate::mbs::{BodyId, Model};
 use schemars::JsonSchema;
@@ -38,7 +39,7 @@ pub enum Suspension {
     MultiLink(MultiLink),
     /// One arm with an oblique hinge.
     SemiTrailingArm(SemiTrailingArm),
-    /// One tube on four links.
+    /// One tube on four links, with knuckles where it steers.
     SolidAxle(SolidAxle),
 }
 
@@ -92,11 +93,3 @@ pub trait Template {
     /// Adds an axle, left corner first.
     fn build(&self, model: &mut Model, c: &AxleContext) -> [Corner; 2];
 }
-
-/// A template's point for one side: `side` is 1 for the left, -1 for the right.
-pub(crate) fn at(c: &AxleContext, side: f64, p: [f64; 3]) -> Vec3 {
-    c.origin + Vec3::new(p[0], side * p[1], p[2])
-}
-
-/// Names of the sides.
-pub(crate) const SIDES: [(&str, f64); 2] = [("left", 1.0), ("right", -1.0)];

@@ -2,13 +2,14 @@
 //!
 //! Joints of each side: spindle-upright revolute; five rods as distances.
 
-use super::elements::{MassSpec, ShockSpec, SpringSpec, StopsSpec, spring_and_shock};
-use super::{AxleContext, Corner, SIDES, Template, at};
+use super::elements::{MassSpec, ShockSpec, SpringSpec, StopsSpec};
+use super::side::{elements, sides};
+use super::{AxleContext, Corner, Template};
 use crate::mbs::Model;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use terramech_fmi2::specification::Faults;
-use terramech_mechanics::{Quat, Vec3};
+use terramech_mechanics::Quat;
 
 /// Specification of a multi-link axle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -74,43 +75,25 @@ pub struct MultiLinkPoints {
 
 impl Template for MultiLink {
     fn check(&self, path: &str, f: &mut Faults) {
-        self.spindle.check(&format!("{path}.spindle"), f);
-        self.upright.check(&format!("{path}.upright"), f);
-        f.positive(&format!("{path}.axle_inertia"), self.axle_inertia);
-        self.spring.check(&format!("{path}.spring"), f);
-        if let Some(s) = &self.stops {
-            s.check(&format!("{path}.stops"), f);
-        }
-        self.shock.check(&format!("{path}.shock"), f);
+        elements!(self).check(path, &[("spindle", &self.spindle), ("upright", &self.upright)], f);
     }
 
     fn build(&self, m: &mut Model, c: &AxleContext) -> [Corner; 2] {
-        SIDES.map(|(side_name, side)| {
-            let name = |part: &str| format!("{} {side_name} {part}", c.name);
-            let p = |x: [f64; 3]| at(c, side, x);
-            let h = &self.points;
-            let center = p(h.spindle);
-            let spindle = self.spindle.add(m, &name("spindle"), center, Quat::identity());
-            let upright = self.upright.add(m, &name("upright"), p(h.upright_com), Quat::identity());
-            m.revolute(&name("wheel bearing"), upright, spindle, &center, &Vec3::y());
-            for (part, inner, outer) in [
-                ("upper front rod", h.upper_front_chassis, h.upper_front_upright),
-                ("upper back rod", h.upper_back_chassis, h.upper_back_upright),
-                ("lateral rod", h.lateral_chassis, h.lateral_upright),
-                ("trailing rod", h.trailing_chassis, h.trailing_upright),
-            ] {
-                m.distance(&name(part), c.chassis, upright, &p(inner), &p(outer));
-            }
-            m.distance(&name("tie rod"), c.tie_rod, upright, &p(h.tie_rod_chassis), &p(h.tie_rod_upright));
-            let (spring, shock) = spring_and_shock(
-                m,
-                &name("suspension"),
-                (c.chassis, upright),
-                (p(h.spring_chassis), p(h.spring_upright)),
-                (p(h.shock_chassis), p(h.shock_upright)),
-                (&self.spring, self.stops.as_ref(), &self.shock),
-            );
-            Corner { spindle, upright, center, axle_inertia: self.axle_inertia, spring, shock }
+        let h = &self.points;
+        sides(m, c, |s| {
+            let upright = s.body("upright", &self.upright, h.upright_com);
+            s.rod("upper front rod", upright, h.upper_front_chassis, h.upper_front_upright);
+            s.rod("upper back rod", upright, h.upper_back_chassis, h.upper_back_upright);
+            s.rod("lateral rod", upright, h.lateral_chassis, h.lateral_upright);
+            s.rod("trailing rod", upright, h.trailing_chassis, h.trailing_upright);
+            s.tie_rod("tie rod", upright, h.tie_rod_chassis, h.tie_rod_upright);
+            s.corner(
+                (&self.spindle, h.spindle, Quat::identity()),
+                (upright, upright),
+                &elements!(self),
+                [h.spring_chassis, h.spring_upright],
+                [h.shock_chassis, h.shock_upright],
+            )
         })
     }
 }

@@ -2,13 +2,14 @@
 //!
 //! Joints of each side: spindle-arm revolute; arm-chassis revolute.
 
-use super::elements::{MassSpec, ShockSpec, SpringSpec, StopsSpec, spring_and_shock};
-use super::{AxleContext, Corner, SIDES, Template, at};
+use super::elements::{MassSpec, ShockSpec, SpringSpec, StopsSpec};
+use super::side::{elements, sides};
+use super::{AxleContext, Corner, Template};
 use crate::mbs::Model;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use terramech_fmi2::specification::Faults;
-use terramech_mechanics::{Quat, Vec3};
+use terramech_mechanics::Quat;
 
 /// Specification of a semi-trailing arm axle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -58,36 +59,21 @@ pub struct SemiTrailingArmPoints {
 
 impl Template for SemiTrailingArm {
     fn check(&self, path: &str, f: &mut Faults) {
-        self.spindle.check(&format!("{path}.spindle"), f);
-        self.arm.check(&format!("{path}.arm"), f);
-        f.positive(&format!("{path}.axle_inertia"), self.axle_inertia);
-        self.spring.check(&format!("{path}.spring"), f);
-        if let Some(s) = &self.stops {
-            s.check(&format!("{path}.stops"), f);
-        }
-        self.shock.check(&format!("{path}.shock"), f);
+        elements!(self).check(path, &[("spindle", &self.spindle), ("arm", &self.arm)], f);
     }
 
     fn build(&self, m: &mut Model, c: &AxleContext) -> [Corner; 2] {
-        SIDES.map(|(side_name, side)| {
-            let name = |part: &str| format!("{} {side_name} {part}", c.name);
-            let p = |x: [f64; 3]| at(c, side, x);
-            let h = &self.points;
-            let center = p(h.spindle);
-            let spindle = self.spindle.add(m, &name("spindle"), center, Quat::identity());
-            let arm = self.arm.add(m, &name("arm"), p(h.arm_com), Quat::identity());
-            let (inner, outer) = (p(h.inner), p(h.outer));
-            m.revolute(&name("wheel bearing"), arm, spindle, &center, &Vec3::y());
-            m.revolute(&name("arm hinge"), c.chassis, arm, &((inner + outer) / 2.0), &(outer - inner));
-            let (spring, shock) = spring_and_shock(
-                m,
-                &name("suspension"),
-                (c.chassis, arm),
-                (p(h.spring_chassis), p(h.spring_arm)),
-                (p(h.shock_chassis), p(h.shock_arm)),
-                (&self.spring, self.stops.as_ref(), &self.shock),
-            );
-            Corner { spindle, upright: arm, center, axle_inertia: self.axle_inertia, spring, shock }
+        let h = &self.points;
+        sides(m, c, |s| {
+            let arm = s.body("arm", &self.arm, h.arm_com);
+            s.chassis_hinge("arm hinge", arm, h.outer, h.inner);
+            s.corner(
+                (&self.spindle, h.spindle, Quat::identity()),
+                (arm, arm),
+                &elements!(self),
+                [h.spring_chassis, h.spring_arm],
+                [h.shock_chassis, h.shock_arm],
+            )
         })
     }
 }

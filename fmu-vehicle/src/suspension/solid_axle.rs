@@ -1,16 +1,18 @@
 //! Solid axle: both wheels turn in one tube, which hangs on two lower and two upper links.
 //!
-//! Joints: spindle-tube revolute on both sides; four links as distances, the upper ones slanted so that they hold the tube sideways.
+//! Joints: spindle-tube revolute on both sides, or spindle-knuckle and knuckle-tube (kingpin) where it steers; four links as distances, the upper
+//! ones slanted so that they hold the tube sideways; tie rod and drag link as distances.
 
-use super::elements::{MassSpec, ShockSpec, SpringSpec, StopsSpec, spring_and_shock};
-use super::{AxleContext, Corner, SIDES, Template, at};
+use super::elements::{MassSpec, ShockSpec, SpringSpec, StopsSpec};
+use super::side::{elements, sides};
+use super::{AxleContext, Corner, Template};
 use crate::mbs::Model;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use terramech_fmi2::specification::Faults;
 use terramech_mechanics::{Quat, Vec3};
 
-/// Specification of a solid axle without steering.
+/// Specification of a solid axle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidAxle {
@@ -25,6 +27,9 @@ pub struct SolidAxle {
     pub axle_inertia: f64,
     /// Hardpoints (m) of the left side, from the suspension's origin.
     pub points: SolidAxlePoints,
+    /// Knuckles and rods of an axle that steers; null: its wheels turn in the tube.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knuckles: Option<Knuckles>,
     /// Main spring, between `spring_chassis` and `spring_axle`.
     pub spring: SpringSpec,
     /// Stops of the spring's length.
@@ -60,39 +65,74 @@ pub struct SolidAxlePoints {
     pub shock_axle: [f64; 3],
 }
 
+/// What steers a solid axle: knuckles that turn on kingpins in the tube, a tie rod from knuckle to knuckle, and a drag link from the steering to
+/// the left one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Knuckles {
+    /// Knuckle; axes of the chassis.
+    pub knuckle: MassSpec,
+    /// Knuckle's centre of mass (m).
+    pub knuckle_com: [f64; 3],
+    /// Upper point of the kingpin (m).
+    pub kingpin_upper: [f64; 3],
+    /// Lower point of the kingpin (m).
+    pub kingpin_lower: [f64; 3],
+    /// End of the tie rod on the knuckle (m); the other end is its mirror image.
+    pub tie_rod: [f64; 3],
+    /// Drag link's end on the steering link, or on the chassis where nothing steers (m).
+    pub drag_link_chassis: [f64; 3],
+    /// Drag link's end on the left knuckle (m).
+    pub drag_link_knuckle: [f64; 3],
+}
+
 impl Template for SolidAxle {
     fn check(&self, path: &str, f: &mut Faults) {
-        self.spindle.check(&format!("{path}.spindle"), f);
-        self.axle.check(&format!("{path}.axle"), f);
-        f.positive(&format!("{path}.axle_inertia"), self.axle_inertia);
-        self.spring.check(&format!("{path}.spring"), f);
-        if let Some(s) = &self.stops {
-            s.check(&format!("{path}.stops"), f);
+        let mut bodies = vec![("spindle", &self.spindle), ("axle", &self.axle)];
+        if let Some(k) = &self.knuckles {
+            bodies.push(("knuckles.knuckle", &k.knuckle));
+            let pin = Vec3::from(k.kingpin_upper) - Vec3::from(k.kingpin_lower);
+            f.check(
+                pin.norm() > 1e-3,
+                &format!("{path}.knuckles.kingpin_*"),
+                format!("upper {:?}, lower {:?}", k.kingpin_upper, k.kingpin_lower),
+                "two points apart",
+            );
         }
-        self.shock.check(&format!("{path}.shock"), f);
+        elements!(self).check(path, &bodies, f);
     }
 
     fn build(&self, m: &mut Model, c: &AxleContext) -> [Corner; 2] {
         let h = &self.points;
-        let middle = at(c, 1.0, [h.axle_com[0], 0.0, h.axle_com[2]]);
+        let middle = c.origin + Vec3::new(h.axle_com[0], 0.0, h.axle_com[2]);
         let axle = self.axle.add(m, &format!("{} tube", c.name), middle, Quat::identity());
-        SIDES.map(|(side_name, side)| {
-            let name = |part: &str| format!("{} {side_name} {part}", c.name);
-            let p = |x: [f64; 3]| at(c, side, x);
-            let center = p(h.spindle);
-            let spindle = self.spindle.add(m, &name("spindle"), center, Quat::identity());
-            m.revolute(&name("wheel bearing"), axle, spindle, &center, &Vec3::y());
-            m.distance(&name("upper link"), c.chassis, axle, &p(h.upper_chassis), &p(h.upper_axle));
-            m.distance(&name("lower link"), c.chassis, axle, &p(h.lower_chassis), &p(h.lower_axle));
-            let (spring, shock) = spring_and_shock(
-                m,
-                &name("suspension"),
-                (c.chassis, axle),
-                (p(h.spring_chassis), p(h.spring_axle)),
-                (p(h.shock_chassis), p(h.shock_axle)),
-                (&self.spring, self.stops.as_ref(), &self.shock),
-            );
-            Corner { spindle, upright: axle, center, axle_inertia: self.axle_inertia, spring, shock }
-        })
+        let corners = sides(m, c, |s| {
+            s.rod("upper link", axle, h.upper_chassis, h.upper_axle);
+            s.rod("lower link", axle, h.lower_chassis, h.lower_axle);
+            let upright = match &self.knuckles {
+                None => axle,
+                Some(k) => {
+                    let knuckle = s.body("knuckle", &k.knuckle, k.knuckle_com);
+                    s.hinge("kingpin", axle, knuckle, k.kingpin_upper, k.kingpin_lower);
+                    if s.sign > 0.0 {
+                        s.tie_rod("drag link", knuckle, k.drag_link_chassis, k.drag_link_knuckle);
+                    }
+                    knuckle
+                }
+            };
+            s.corner(
+                (&self.spindle, h.spindle, Quat::identity()),
+                (upright, axle),
+                &elements!(self),
+                [h.spring_chassis, h.spring_axle],
+                [h.shock_chassis, h.shock_axle],
+            )
+        });
+        if let Some(k) = &self.knuckles {
+            let end = |side: f64| c.origin + Vec3::new(k.tie_rod[0], side * k.tie_rod[1], k.tie_rod[2]);
+            let [left, right] = &corners;
+            m.distance(&format!("{} tie rod", c.name), left.upright, right.upright, &end(1.0), &end(-1.0));
+        }
+        corners
     }
 }

@@ -76,7 +76,7 @@ pub struct StartSpec {
     pub heading: f64,
     /// Forward speed (m/s), wheels rolling.
     pub speed: f64,
-    /// Gap between undeformed tires and ground (m); a drop if the vehicle is not held.
+    /// Gap between undeformed tires and ground (m), -0.5 to 10: positive for a drop, negative for tires that start with that deflection.
     pub clearance: f64,
     /// Selector of the gearbox.
     pub gear: Mode,
@@ -132,7 +132,7 @@ impl UnitSpec {
         for (name, x) in [("x", s.x), ("y", s.y), ("heading", s.heading), ("speed", s.speed)] {
             f.check(x.is_finite(), &format!("start.{name}"), x, "a finite number");
         }
-        f.not_negative("start.clearance", s.clearance);
+        f.within("start.clearance", s.clearance, -0.5, 10.0);
         f.not_negative("hold.duration", self.hold.duration);
         f.not_negative("hold.damping", self.hold.damping);
         f.within("hold.tolerance", self.hold.tolerance, 0.0, 1.0);

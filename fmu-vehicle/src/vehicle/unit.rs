@@ -19,6 +19,8 @@ use terramech_mechanics::{RigidState, Vec3, rotation};
 pub struct VehicleUnit {
     vars: Variables,
     spec: Option<UnitSpec>,
+    /// Where the specification came from, for messages.
+    origin: String,
     given: [bool; 5],
     rest: Option<(Vec<Hub>, Rest)>,
     run: Option<Run>,
@@ -57,19 +59,21 @@ struct SavedRun {
     tires: Option<(f64, Vec<terramech_handling_tires::Transient>)>,
 }
 
-fn fault(e: MbsError) -> UnitError {
-    match e {
-        MbsError::Singular { .. } | MbsError::NoConvergence { .. } | MbsError::NotFinite { .. } => {
+/// A fault of the multibody core, with file and JSON path where it is the specification's.
+fn fault(origin: &str, e: &MbsError) -> UnitError {
+    match (e, e.specification_path()) {
+        (MbsError::Singular { .. } | MbsError::NoConvergence { .. } | MbsError::NotFinite { .. }, _) => {
             UnitError::numerical(e.to_string())
         }
-        _ => UnitError::input(e.to_string()),
+        (_, Some(path)) => UnitError::input(format!("{origin}: at 'vehicle.{path}': {e}")),
+        _ => UnitError::input(format!("{origin}: {e}")),
     }
 }
 
 impl VehicleUnit {
     /// A fresh instance.
     pub fn new(vars: Variables) -> Self {
-        Self { vars, spec: None, given: [false; 5], rest: None, run: None }
+        Self { vars, spec: None, origin: "specification".into(), given: [false; 5], rest: None, run: None }
     }
 
     fn spec(&self) -> Result<&UnitSpec, UnitError> {
@@ -93,7 +97,8 @@ impl VehicleUnit {
         let spec = self.spec()?;
         let (tire, hub) = spec.tires.build()?;
         let mut hubs = vec![hub; WHEELS];
-        let rest = Rest::find(spec.vehicle.get(), &spec.payload, &hubs, spec.start.gear).map_err(fault)?;
+        let rest = Rest::find(spec.vehicle.get(), &spec.payload, &hubs, spec.start.gear)
+            .map_err(|e| fault(&self.origin, &e))?;
         for (hub, load) in hubs.iter_mut().zip(&rest.loads) {
             hub.tire_radius -= InternalTires::deflection(&tire, *load);
         }
@@ -118,7 +123,8 @@ impl VehicleUnit {
             (false, _) => self.hubs(v),
         };
         if self.rest.as_ref().is_none_or(|(h, _)| *h != hubs) {
-            let rest = Rest::find(spec.vehicle.get(), &spec.payload, &hubs, spec.start.gear).map_err(fault)?;
+            let rest = Rest::find(spec.vehicle.get(), &spec.payload, &hubs, spec.start.gear)
+                .map_err(|e| fault(&self.origin, &e))?;
             self.rest = Some((hubs, rest));
         }
         let mut start = [spec.start.x, spec.start.y, spec.start.heading, spec.start.speed];
@@ -136,7 +142,7 @@ impl VehicleUnit {
         vehicle.place(&Vec3::new(-p.x, -p.y, 0.0), 0.0);
         vehicle.place(&Vec3::new(x, y, v[self.vars.ground_height] + spec.start.clearance), heading);
         if speed != 0.0 {
-            vehicle.launch(speed).map_err(fault)?;
+            vehicle.launch(speed).map_err(|e| fault(&self.origin, &e))?;
         }
         Ok((vehicle, rest.loads.clone()))
     }
@@ -228,6 +234,7 @@ impl Unit for VehicleUnit {
             )));
         }
         self.spec = Some(spec);
+        self.origin = read.origin;
         v.lock([self.vars.common.specification.vr()], "it was read when initialization mode began");
         Ok(())
     }
@@ -304,7 +311,7 @@ impl Unit for VehicleUnit {
                 Some(t) => t.step(&mut run.vehicle, h),
                 None => run.vehicle.step(h).map(|_| ()),
             }
-            .map_err(fault)?;
+            .map_err(|e| fault(&self.origin, &e))?;
             run.elapsed += h;
         }
         let run = self.run.as_ref().expect("checked above");

@@ -1,0 +1,83 @@
+//! `examples/handling`: the HMMWV on rigid ground.
+
+use super::{Headline, Study};
+
+const HMMWV: &str = "vehicle";
+const GROUND: &str = "terrain_rigid";
+
+const ACCELERATION: &[Headline] = &[
+    ("distance", "vehicle", "chassis.position.x", None),
+    ("top speed (at the end of full throttle)", "vehicle", "speed", Some([9.95, 10.0])),
+    ("speed at the end", "vehicle", "speed", None),
+];
+const CIRCLE: &[Headline] = &[
+    ("speed", "vehicle", "speed", Some([10.0, 15.0])),
+    ("lateral acceleration", "vehicle", "lateral_acceleration", Some([10.0, 15.0])),
+    ("yaw rate", "vehicle", "yaw_rate", Some([10.0, 15.0])),
+    ("roll angle", "vehicle", "roll", Some([10.0, 15.0])),
+    ("steering input", "vehicle", "driver_used.steering", Some([10.0, 15.0])),
+    ("load of the front left tire", "tire1", "load", Some([10.0, 15.0])),
+    ("load of the front right tire", "tire2", "load", Some([10.0, 15.0])),
+];
+const LANE_CHANGE: &[Headline] = &[
+    ("speed in the other lane", "vehicle", "speed", Some([4.4, 5.4])),
+    ("lateral position in the other lane", "vehicle", "chassis.position.y", Some([4.9, 5.3])),
+    ("lateral position at the end", "vehicle", "chassis.position.y", None),
+];
+const HALF_ROUND: &[Headline] = &[
+    ("speed before", "vehicle", "speed", Some([1.0, 1.5])),
+    ("speed at the end", "vehicle", "speed", None),
+    ("pitch at the end", "vehicle", "pitch", None),
+];
+
+/// The studies.
+pub fn studies() -> Vec<Study> {
+    let fiala = ["tire_fiala", ""];
+    let flat = [GROUND, "ground.json"];
+    vec![
+        Study {
+            file: "examples/handling/acceleration.ssd",
+            description: "HMMWV on rigid ground: full throttle from rest, then full braking",
+            vehicle: [HMMWV, "acceleration.json"],
+            tire: fiala,
+            probes: 1,
+            terrain: flat,
+            time: [1e-3, 14.0],
+            every: 0.01,
+            summary: ACCELERATION,
+        },
+        Study {
+            file: "examples/handling/constant-radius.ssd",
+            description: "HMMWV on rigid ground: turn of 12 m radius at 7.5 m/s",
+            vehicle: [HMMWV, "constant-radius.json"],
+            tire: fiala,
+            probes: 1,
+            terrain: flat,
+            time: [1e-3, 15.0],
+            every: 0.01,
+            summary: CIRCLE,
+        },
+        Study {
+            file: "examples/handling/lane-change.ssd",
+            description: "HMMWV on rigid ground: double lane change (track of ISO 3888-1) at 15 m/s, Magic Formula tires",
+            vehicle: [HMMWV, "lane-change.json"],
+            tire: ["tire_pac02", "tire-pac02.json"],
+            probes: 1,
+            terrain: flat,
+            time: [1e-3, 12.0],
+            every: 0.01,
+            summary: LANE_CHANGE,
+        },
+        Study {
+            file: "examples/handling/half-round.ssd",
+            description: "HMMWV on rigid ground: a half-round bar of 0.15 m across both tracks at 4 m/s",
+            vehicle: [HMMWV, "half-round.json"],
+            tire: fiala,
+            probes: 41,
+            terrain: [GROUND, "ground-half-round.json"],
+            time: [1e-3, 8.0],
+            every: 0.005,
+            summary: HALF_ROUND,
+        },
+    ]
+}
