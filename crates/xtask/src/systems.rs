@@ -33,12 +33,12 @@ pub struct Study {
     pub time: [f64; 2],
     /// Time between rows of the results (s).
     pub every: f64,
-    /// Headline results: name, element, connector, window of the mean (none: the end).
+    /// Headline results.
     pub summary: &'static [Headline],
 }
 
-/// A headline: name, element, connector, window of the mean (s; none: the value at the end).
-pub type Headline = (&'static str, &'static str, &'static str, Option<[f64; 2]>);
+/// A headline: name, element, connector, window of the mean (s).
+pub type Headline = (&'static str, &'static str, &'static str, [f64; 2]);
 
 /// All studies that are written.
 pub fn studies() -> Vec<Study> {

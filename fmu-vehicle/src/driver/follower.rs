@@ -1,4 +1,7 @@
-//! Path follower: steering by a PID on the lateral error at a look-ahead point, speed by a PID with throttle and brake.
+//! Path follower: steering by a PID on the lateral error, speed by a PID with throttle and brake.
+//!
+//! Proportional and derivative parts of the steering see the error of a point ahead of the vehicle; the integral sees that of the vehicle itself. A point
+//! `L` ahead that is kept on a circle of radius R would lead the vehicle along the radius sqrt(R^2 - L^2); so it comes to run on the circle.
 
 use super::path::{Path, PathSpec};
 use crate::vehicle::DriverInputs;
@@ -35,7 +38,7 @@ pub struct Follower {
     /// Distance of the look-ahead point ahead of the chassis's reference point (m).
     #[serde(default = "look_ahead")]
     pub look_ahead: f64,
-    /// Steering controller.
+    /// Steering controller: `kp`, `kd` on the error of the point ahead, `ki` on that of the chassis's reference point.
     #[serde(default = "steering_pid")]
     pub steering_pid: Pid,
     /// Speed controller.
@@ -63,6 +66,7 @@ fn throttle_threshold() -> f64 {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct FollowerState {
     segment: usize,
+    own_segment: usize,
     steering: Memory,
     speed: Memory,
     start_speed: Option<f64>,
@@ -81,10 +85,11 @@ impl Pid {
             f.not_negative(&format!("{path}.{name}"), x);
         }
     }
-    fn out(&self, e: f64, h: f64, m: &mut Memory) -> f64 {
+    /// The output for the error `e`, whose integral is that of `slow`.
+    fn out(&self, e: f64, slow: f64, h: f64, m: &mut Memory) -> f64 {
         let rate = m.before.map_or(0.0, |b| (e - b) / h);
         m.before = Some(e);
-        let trial = m.integral + e * h;
+        let trial = m.integral + slow * h;
         let u = self.kp * e + self.ki * trial + self.kd * rate;
         // No wind-up: the integral grows only while the output is within its range.
         if u.abs() < 1.0 {
@@ -117,7 +122,8 @@ impl Follower {
         let n = x.xy().norm().max(1e-12);
         let ahead = [chassis.position.x + self.look_ahead * x.x / n, chassis.position.y + self.look_ahead * x.y / n];
         let error = path.lateral_error(ahead, &mut m.segment);
-        let steering = self.steering_pid.out(error, h, &mut m.steering);
+        let own = path.lateral_error([chassis.position.x, chassis.position.y], &mut m.own_segment);
+        let steering = self.steering_pid.out(error, own, h, &mut m.steering);
         let v = chassis.velocity.dot(&x);
         let start = *m.start_speed.get_or_insert(v);
         let wanted = if self.speed_ramp > 0.0 {
@@ -125,7 +131,7 @@ impl Follower {
         } else {
             self.speed
         };
-        let u = self.speed_pid.out(wanted - v, h, &mut m.speed);
+        let u = self.speed_pid.out(wanted - v, wanted - v, h, &mut m.speed);
         let (throttle, braking) = if u > 0.0 {
             (u, 0.0)
         } else if m.throttle > self.throttle_threshold {

@@ -6,28 +6,28 @@ const HMMWV: &str = "vehicle";
 const GROUND: &str = "terrain_rigid";
 
 const ACCELERATION: &[Headline] = &[
-    ("distance", "vehicle", "chassis.position.x", None),
-    ("top speed (at the end of full throttle)", "vehicle", "speed", Some([9.95, 10.0])),
-    ("speed at the end", "vehicle", "speed", None),
+    ("distance", "vehicle", "chassis.position.x", [13.9, 14.0]),
+    ("top speed (at the end of full throttle)", "vehicle", "speed", [9.95, 10.0]),
+    ("speed at the end", "vehicle", "speed", [13.9, 14.0]),
 ];
 const CIRCLE: &[Headline] = &[
-    ("speed", "vehicle", "speed", Some([10.0, 15.0])),
-    ("lateral acceleration", "vehicle", "lateral_acceleration", Some([10.0, 15.0])),
-    ("yaw rate", "vehicle", "yaw_rate", Some([10.0, 15.0])),
-    ("roll angle", "vehicle", "roll", Some([10.0, 15.0])),
-    ("steering input", "vehicle", "driver_used.steering", Some([10.0, 15.0])),
-    ("load of the front left tire", "tire1", "load", Some([10.0, 15.0])),
-    ("load of the front right tire", "tire2", "load", Some([10.0, 15.0])),
+    ("speed", "vehicle", "speed", [10.0, 15.0]),
+    ("lateral acceleration", "vehicle", "lateral_acceleration", [10.0, 15.0]),
+    ("yaw rate", "vehicle", "yaw_rate", [10.0, 15.0]),
+    ("roll angle", "vehicle", "roll", [10.0, 15.0]),
+    ("steering input", "vehicle", "driver_used.steering", [10.0, 15.0]),
+    ("load of the front left tire", "tire1", "load", [10.0, 15.0]),
+    ("load of the front right tire", "tire2", "load", [10.0, 15.0]),
 ];
 const LANE_CHANGE: &[Headline] = &[
-    ("speed in the other lane", "vehicle", "speed", Some([4.4, 5.4])),
-    ("lateral position in the other lane", "vehicle", "chassis.position.y", Some([4.9, 5.3])),
-    ("lateral position at the end", "vehicle", "chassis.position.y", None),
+    ("speed in the other lane", "vehicle", "speed", [4.4, 5.4]),
+    ("lateral position in the other lane", "vehicle", "chassis.position.y", [4.9, 5.3]),
+    ("lateral position at the end", "vehicle", "chassis.position.y", [11.9, 12.0]),
 ];
 const HALF_ROUND: &[Headline] = &[
-    ("speed before", "vehicle", "speed", Some([1.0, 1.5])),
-    ("speed at the end", "vehicle", "speed", None),
-    ("pitch at the end", "vehicle", "pitch", None),
+    ("speed before", "vehicle", "speed", [1.0, 1.5]),
+    ("speed at the end", "vehicle", "speed", [7.9, 8.0]),
+    ("pitch at the end", "vehicle", "pitch", [7.9, 8.0]),
 ];
 
 /// The studies.
