@@ -230,11 +230,10 @@ impl Study {
             writeln!(o, r#"            <tm:Scalars element="{}" connector="{n}"/>"#, components[*c].name)?;
         }
         o += "          </tm:Recording>\n          <tm:Summary>\n";
-        for (label, element, connector, window) in self.summary {
-            let window = window.map_or(String::new(), |[a, b]| format!(r#" from="{a}" to="{b}""#));
+        for (label, element, connector, [a, b]) in self.summary {
             writeln!(
                 o,
-                r#"            <tm:Item name="{label}" element="{element}" connector="{connector}"{window}/>"#
+                r#"            <tm:Item name="{label}" element="{element}" connector="{connector}" from="{a}" to="{b}"/>"#
             )?;
         }
         o += "          </tm:Summary>\n        </tm:System>\n      </ssc:Annotation>\n    </ssd:Annotations>\n  </ssd:System>\n  <ssd:Units>\n";
