@@ -17,7 +17,7 @@ pub struct Rigid {
     /// Friction by place: replaces `friction` within the map.
     pub friction_map: Option<Map>,
     /// Obstacles on the ground.
-    pub obstacles: Vec<Obstacle>,
+    pub obstacles: Vec<GroundObstacle>,
     /// How meshes and cylinders are pushed out of the ground; tires that use probes have their own contact.
     pub contact: Penalty,
 }
@@ -84,7 +84,7 @@ pub struct Map {
 /// An obstacle on the ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Obstacle {
+pub enum GroundObstacle {
     /// A half-round bar: half a circular cylinder lying on the ground.
     HalfRound {
         /// Middle of its axis, x and y (m).
@@ -194,7 +194,7 @@ impl Map {
     }
 }
 
-impl Obstacle {
+impl GroundObstacle {
     fn check(&self, path: &str, f: &mut Faults) {
         let (name, position, sizes, angle) = match self {
             Self::HalfRound { position, radius, length, angle } => {

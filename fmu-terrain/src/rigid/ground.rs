@@ -1,6 +1,6 @@
 //! The ground as a height field: shape, obstacles, friction.
 
-use super::config::{Obstacle, Rigid, Shape};
+use super::config::{GroundObstacle, Rigid, Shape};
 use super::facets::Facets;
 use super::grid::Grid;
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ pub struct Ground {
     friction: f64,
     base: Base,
     friction_map: Option<Grid>,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<GroundObstacle>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -123,7 +123,7 @@ fn friction(map: &super::config::Map, folder: &Path) -> Result<Grid, String> {
     Ok(grid)
 }
 
-impl Obstacle {
+impl GroundObstacle {
     /// Rise (m) over the ground and its slopes by x and y, where the obstacle is.
     fn at(&self, x: f64, y: f64) -> Option<(f64, [f64; 2])> {
         let local = |position: &[f64; 2], angle: f64| {
@@ -177,8 +177,8 @@ mod tests {
 
     #[test]
     fn obstacles_stand_on_the_ground() {
-        let half = Obstacle::HalfRound { position: [2.0, 0.0], radius: 0.1, length: 1.0, angle: 0.0 };
-        let bump = Obstacle::Bump { position: [0.0, 5.0], height: 0.2, length: 2.0, width: 1.0, angle: 1.2 };
+        let half = GroundObstacle::HalfRound { position: [2.0, 0.0], radius: 0.1, length: 1.0, angle: 0.0 };
+        let bump = GroundObstacle::Bump { position: [0.0, 5.0], height: 0.2, length: 2.0, width: 1.0, angle: 1.2 };
         let g = ground(&Rigid { height: 1.0, obstacles: vec![half, bump], ..Rigid::default() });
         assert_eq!(g.at(2.0, 0.2).height, 1.1);
         let p = g.at(2.06, 0.0);
