@@ -75,7 +75,9 @@ pub fn studies() -> Vec<Study> {
             tire: fiala,
             probes: 41,
             terrain: [GROUND, "ground-half-round.json"],
-            time: [1e-3, 8.0],
+            // At 4 m/s the tires' lateral spring has little damping (speed over relaxation length, 2/s); the delay of the coupling
+            // at 1 ms takes more than that away.
+            time: [5e-4, 8.0],
             every: 0.005,
             summary: HALF_ROUND,
         },
