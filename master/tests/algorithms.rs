@@ -6,6 +6,7 @@ mod support;
 use std::fmt::Write as _;
 
 use support::{Bench, part};
+use terramech::coupling::{Stability, stability_of};
 use terramech::run::{End, Outcome};
 
 /// (m, k, d) of both masses, (cc, dc) between them, as in the table of validation section 6.
@@ -42,7 +43,7 @@ fn extrapolated(order: u8) -> String {
     rule("first") + &rule("second")
 }
 
-fn run(case: &Case, step: f64, steps: u32, extras: &str) -> (Bench, Outcome) {
+fn bench(case: &Case, step: f64, steps: u32, extras: &str) -> Bench {
     let text = |x: f64| format!("{x:?}");
     let [first, second, coupling] =
         [&case.first[..], &case.second, &case.coupling].map(|v| v.iter().map(|x| text(*x)).collect::<Vec<_>>());
@@ -53,7 +54,11 @@ fn run(case: &Case, step: f64, steps: u32, extras: &str) -> (Bench, Outcome) {
     // Both times must be exact decimals.
     let step = format!("{step:.7}").parse::<f64>().unwrap();
     let stop = format!("{:.7}", step * f64::from(steps));
-    let bench = Bench::new(&text(step), &stop, &parts, &WIRES, &format!("{extras}{record}"));
+    Bench::new(&text(step), &stop, &parts, &WIRES, &format!("{extras}{record}"))
+}
+
+fn run(case: &Case, step: f64, steps: u32, extras: &str) -> (Bench, Outcome) {
+    let bench = bench(case, step, steps, extras);
     let outcome = bench.run(1);
     assert!(matches!(outcome.end, End::Done), "{:?}", outcome.end);
     (bench, outcome)
@@ -210,4 +215,39 @@ fn an_order_must_name_every_component() {
     let bench = Bench::new("0.1", "1", &parts, &WIRES, "<tm:Algorithm scheme=\"gauss-seidel\" order=\"second\"/>");
     let faults = terramech::check::plan(&bench.file, &terramech::check::Options::default()).unwrap_err().to_string();
     assert!(faults.contains("\"first\" is not in it"), "{faults}");
+}
+
+#[test]
+fn the_program_finds_the_stable_steps_itself() {
+    let found = |case: &Case, step: f64, extras: &str| {
+        let bench = bench(case, step, 10, extras);
+        let plan = terramech::check::plan(&bench.file, &terramech::check::Options::default()).unwrap();
+        stability_of(plan, 1).unwrap()
+    };
+    for (case, scheme, extras, base, expected) in [
+        (&CASE_1, "Jacobi, feed-through resolved", RESOLVED, 0.1, 1.1631),
+        (&CASE_2, "Jacobi", JACOBI, 0.01, 0.01256),
+        (&CASE_2, "Jacobi, feed-through resolved", RESOLVED, 0.1, 0.03810),
+        (&CASE_2, "Gauss-Seidel", GAUSS_SEIDEL, 0.01, 0.03921),
+        (&CASE_3, "Jacobi", JACOBI, 0.01, 0.03973),
+        (&CASE_3, "Jacobi, feed-through resolved", RESOLVED, 0.02, 0.16469),
+        (&CASE_3, "Gauss-Seidel", GAUSS_SEIDEL, 0.02, 0.11436),
+    ] {
+        let Stability::Below(step) = found(case, base, extras) else { panic!("{} {scheme}: no limit", case.name) };
+        validation(case.name, &format!("stable step told by check --stability, {scheme}"), "s", expected, step, "1 %");
+        assert!((step / expected - 1.0).abs() < 0.01, "{} {scheme}: {step}", case.name);
+    }
+    assert!(matches!(found(&CASE_1, 0.1, JACOBI), Stability::NoLimit(x) if x > 30.0));
+}
+
+#[test]
+fn a_run_that_rings_is_stopped_with_the_stable_step() {
+    let bench = bench(&CASE_2, 0.015, 20_000, BOND);
+    let outcome = bench.run(1);
+    let message = terramech::run::tell(&outcome.end);
+    assert_eq!(outcome.exit_code() as i32, 3, "{message}");
+    assert!(message.contains("rings") && message.contains("spring") && message.contains("about 1.25"), "{message}");
+    // A coarse but stable one is left alone.
+    let (_, outcome) = run(&CASE_2, 0.012, 5000, BOND);
+    assert!(outcome.bonds[0].energy.residual > 0.0);
 }

@@ -3,6 +3,7 @@
 //! Row names are `<bench>.<case>.<quantity>`; they are stable, so that results of different days can be compared.
 
 mod dem;
+mod master;
 mod tire;
 mod vehicle;
 
@@ -29,6 +30,7 @@ const BENCHES: &[Bench] = &[
     ("dem", "granular engine beside LAMMPS, 20k and 100k grains, 1 and 2 threads", dem::dem),
     ("tire", "flexible tire, rolling in contact, 1 and 2 threads, split into its parts", tire::tire),
     ("vehicle", "HMMWV at 1e-3 s on one core", vehicle::vehicle),
+    ("master", "cost of coupling beside a bare loop of the same calls, FMPy and libcosim", master::master),
 ];
 
 /// Runs the benchmark `name`; prints a table, writes JSON when asked.

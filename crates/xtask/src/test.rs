@@ -24,16 +24,16 @@ pub fn test() -> Result<()> {
 /// The Python harness in a virtual environment of its own.
 fn harness() -> Result<()> {
     let folder = root().join("tests/fmpy");
-    let python = virtual_environment(&folder.join("requirements.txt"))?;
+    let python = virtual_environment("venv", &folder.join("requirements.txt"))?;
     let mut pytest = Command::new(python);
     pytest.current_dir(&folder).args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]);
     pytest.env("TERRAMECH_FMUS", process::fmus()).env("TERRAMECH_BIN", target().join("release/terramech"));
     step("Python harness", &mut pytest)
 }
 
-/// Makes or updates `target/venv`; returns its interpreter.
-fn virtual_environment(requirements: &std::path::Path) -> Result<PathBuf> {
-    let venv = target().join("venv");
+/// Makes or updates the virtual environment `target/NAME`; returns its interpreter.
+pub fn virtual_environment(name: &str, requirements: &std::path::Path) -> Result<PathBuf> {
+    let venv = target().join(name);
     let python = venv.join("bin/python");
     let wanted =
         std::fs::read_to_string(requirements).with_context(|| format!("cannot read {}", requirements.display()))?;

@@ -99,6 +99,9 @@ pub struct Check {
     /// Only read files: load no library (for FMUs nobody vouches for)
     #[arg(long)]
     pub no_units: bool,
+    /// Also initialise the units and estimate the communication step up to which their coupling is stable
+    #[arg(long, conflicts_with = "no_units")]
+    pub stability: bool,
 }
 
 /// `terramech inspect`.

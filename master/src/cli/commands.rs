@@ -174,7 +174,22 @@ fn check(args: &Check) -> ExitCode {
                 plan.clock.stop()
             );
             let _ = std::io::stdout().lock().write_all(text.as_bytes());
-            ExitCode::Done
+            if !args.stability {
+                return ExitCode::Done;
+            }
+            let base = plan.clock.step;
+            let cores = std::thread::available_parallelism().map_or(1, usize::from);
+            match crate::coupling::stability_of(plan, cores) {
+                Ok(found) => {
+                    let text = format!("coupling at the start: {found} (base step {base} s)\n");
+                    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+                    ExitCode::Done
+                }
+                Err(failure) => {
+                    eprintln!("{failure}");
+                    run::code_of_failure(&failure)
+                }
+            }
         }
         Err(code) => code,
     }

@@ -17,6 +17,7 @@
 use super::connect::{Held, Links};
 use super::pool::Member;
 use crate::check::plan::{Plan, Port, Transform};
+use crate::decimal::Clock;
 use crate::loading::{CallError, Class, Outputs, Slot};
 use crate::model_description::Item;
 
@@ -102,6 +103,11 @@ impl Bonds {
         Self { bonds, again, open: false }
     }
 
+    /// A step that was begun does not count.
+    pub fn forget(&mut self) {
+        self.open = false;
+    }
+
     /// Whether there is nothing to do.
     pub fn is_empty(&self) -> bool {
         self.bonds.is_empty()
@@ -158,11 +164,12 @@ impl Bonds {
         }
     }
 
-    /// All outputs at the end of a step of `length` (s) have been read: adds the step up.
-    pub fn end(&mut self, links: &Links, length: f64) {
+    /// All outputs at the end of a base step have been read: adds the step up.
+    pub fn end(&mut self, links: &Links, clock: Clock) {
         if !std::mem::take(&mut self.open) {
             return;
         }
+        let length = clock.length(1);
         for bond in &mut self.bonds {
             let mut power = 0.0;
             for p in &bond.pairs {

@@ -59,6 +59,9 @@ struct ArrayRoute {
 struct Incoming {
     scalars: Vec<Route>,
     arrays: Vec<ArrayRoute>,
+    /// Where all scalars are Reals that are copied: source and place of each, and their references.
+    plain: Vec<(u32, u32)>,
+    references: Vec<u32>,
 }
 
 /// A set of connections that are served together.
@@ -68,6 +71,15 @@ pub struct Links {
     pub outputs: Vec<Outputs>,
     incoming: Vec<Incoming>,
     tracks: Vec<Followed>,
+}
+
+/// When values are carried: for which step (base steps), and whether all sources have been read since the last time.
+#[derive(Clone, Copy, Debug)]
+pub struct For {
+    /// From base step, to base step.
+    pub span: (u64, u64),
+    /// Whether no source has to be asked if it is fresh.
+    pub all_fresh: bool,
 }
 
 /// A set that was refused, and the variables it was about.
@@ -124,6 +136,16 @@ impl Links {
                 reference: c.to.value_reference,
                 array: c.to.array,
             });
+        }
+        for incoming in &mut links.incoming {
+            let plain = |r: &Route| match (r.slot, r.track, &r.carry) {
+                (Slot::Scalar(Class::Real, at), None, Carry::Copy) => Some((r.source as u32, at as u32)),
+                _ => None,
+            };
+            if let Some(plain) = incoming.scalars.iter().map(plain).collect() {
+                incoming.plain = plain;
+                incoming.references = incoming.scalars.iter().map(|r| r.reference).collect();
+            }
         }
         links
     }
@@ -182,7 +204,7 @@ impl Links {
         self.tracks.iter_mut().map(|f| &mut f.track)
     }
 
-    /// Sets what `target` receives for its step over `span` (base steps) from the units that are `fresh` (read since the last time).
+    /// Sets what `target` receives for its step from the units that are `fresh` (read since the last time).
     /// A value that is not fresh is not set again: a receiver that moves a position on by its velocity would be thrown back.
     /// An extrapolated value is set anew for every step.
     pub fn carry(
@@ -191,10 +213,25 @@ impl Links {
         target: usize,
         instance: &mut Instance,
         sets: &mut Sets,
-        span: (u64, u64),
+        step: For,
         fresh: impl Fn(usize) -> bool,
     ) -> Result<(), Box<Refused>> {
         let incoming = &self.incoming[target];
+        let span = step.span;
+        if step.all_fresh && !incoming.plain.is_empty() {
+            let values = &mut sets.reals.1;
+            values.clear();
+            values.extend(incoming.plain.iter().map(|&(s, at)| self.outputs[s as usize].reals.values[at as usize]));
+            if let Err(error) = instance.set_reals(&incoming.references, values) {
+                let model = plan.model(target);
+                let about = list(incoming.scalars.iter().map(|r| &*model.variables[r.variable].name));
+                return Err(Box::new(Refused { about, error }));
+            }
+            return self.carry_arrays(plan, target, instance, fresh);
+        }
+        if incoming.scalars.is_empty() {
+            return self.carry_arrays(plan, target, instance, fresh);
+        }
         sets.clear();
         for route in &incoming.scalars {
             match route.track {
@@ -209,7 +246,18 @@ impl Links {
             let names = incoming.scalars.iter().filter(set).map(|r| &*model.variables[r.variable].name);
             Box::new(Refused { about: list(names), error })
         })?;
-        for route in incoming.arrays.iter().filter(|r| fresh(r.source)) {
+        self.carry_arrays(plan, target, instance, fresh)
+    }
+
+    fn carry_arrays(
+        &self,
+        plan: &Plan,
+        target: usize,
+        instance: &mut Instance,
+        fresh: impl Fn(usize) -> bool,
+    ) -> Result<(), Box<Refused>> {
+        let model = plan.model(target);
+        for route in self.incoming[target].arrays.iter().filter(|r| fresh(r.source)) {
             let from = &self.outputs[route.source];
             let result = match route.slot {
                 Slot::IntegerArray(_) => instance.set_integer_array(route.reference, from.integers_of(route.slot)),

@@ -32,6 +32,11 @@ impl Track {
         self.known = (self.known + 1).min(3);
     }
 
+    /// As new.
+    pub fn forget(&mut self) {
+        self.known = 0;
+    }
+
     /// Mean over the base steps from `a` to `b`.
     pub fn mean(&self, a: u64, b: u64) -> f64 {
         let [(t0, y0), (t1, y1), (t2, y2)] = self.last;

@@ -92,6 +92,23 @@ pub enum Failure {
         /// When, s.
         time: f64,
     },
+    /// The coupling makes energy faster than the system takes it away.
+    #[error(
+        "the coupling rings at t = {time} s: what passes through power bond {bond} has grown for {steps} steps, and {part:.0} % of it is made by the coupling itself{}",
+        limit.as_ref().map(|l| format!("; it is {l}")).unwrap_or_else(|| "; take a smaller step".into())
+    )]
+    Rings {
+        /// When, s.
+        time: f64,
+        /// The bond.
+        bond: String,
+        /// For how long.
+        steps: u64,
+        /// What the coupling makes, in per cent of what passes.
+        part: f64,
+        /// The stable step, where it could be estimated.
+        limit: Option<String>,
+    },
     /// The iteration of a step did not come to its end.
     #[error(
         "the coupling does not converge at t = {time} s: after {iterations} iterations {worst} still changes by {change:.1e} of its largest value (allowed: {tolerance:.1e}); a smaller step or a larger tolerance may help"

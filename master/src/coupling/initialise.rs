@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::connect::Links;
+use super::connect::{For, Links};
 use super::pool::{Answer, Member, Pool, Task};
 use super::share::share_threads;
 use super::system::{drive, finite};
@@ -78,7 +78,7 @@ pub(super) fn member(
     let before = |e| Failure::unit(e, Moment::Before, "");
     instance.set(&settings(plan, index, threads)).map_err(before)?;
     instance.setup(plan.clock.start.to_f64(), Some(plan.clock.stop())).map_err(before)?;
-    Ok(Member { instance, calls: 0, seconds: 0.0 })
+    Ok(Member { instance, calls: 0, seconds: 0.0, short: false })
 }
 
 fn refuse_what_we_cannot(plan: &Plan) -> Result<(), Failure> {
@@ -156,7 +156,9 @@ impl System {
             for unit in targets {
                 let Some(member) = self.members[unit].as_deref_mut() else { continue };
                 links
-                    .carry(&plan, unit, &mut member.instance, &mut sets, (0, 0), |_| true)
+                    .carry(&plan, unit, &mut member.instance, &mut sets, For { span: (0, 0), all_fresh: true }, |_| {
+                        true
+                    })
                     .map_err(|r| Failure::unit(r.error, Moment::Initialising, r.about))?;
             }
         }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::extrapolate::Track;
 use super::system::read;
 use super::{Failure, Moment, System};
 use crate::loading::{CallError, Instance};
@@ -28,6 +29,35 @@ impl System {
     /// All units go back to the state they kept.
     pub(super) fn go_back(&mut self, tick: u64) -> Result<(), Failure> {
         self.each(tick, "going back", Instance::go_back)
+    }
+
+    /// Back to the kept state, as if nothing had been computed since; also after a unit has failed.
+    pub(super) fn rewind(&mut self, tick: u64) -> Result<(), Failure> {
+        for member in self.members.iter_mut().flatten() {
+            member.instance.revive();
+        }
+        self.go_back(tick)?;
+        self.links.tracks().for_each(Track::forget);
+        self.bonds.forget();
+        self.forget_end();
+        Ok(())
+    }
+
+    /// Shifts all Real outputs as they were read, by this part of their size (or by itself where they are zero).
+    pub(super) fn push_outputs(&mut self, part: f64) {
+        for (k, x) in self.links.outputs.iter_mut().flat_map(|o| &mut o.reals.values).enumerate() {
+            // Alternating, so that no symmetry of the system hides a mode.
+            let sign = if k % 2 == 0 { 1.0 } else { -0.7 };
+            *x += sign * part * if *x == 0.0 { 1.0 } else { *x };
+        }
+    }
+
+    /// All inputs as the outputs were read, then all units: a Jacobi step, whatever the algorithm.
+    pub(super) fn plain_step(&mut self, tick: u64) -> Result<(), Failure> {
+        for unit in 0..self.members.len() {
+            self.carry_to(unit, tick)?;
+        }
+        self.step(tick)
     }
 
     /// Values of all Real inputs that follow from the outputs read last.

@@ -4,12 +4,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::bonds::{Bonds, Energy};
-use super::connect::{Links, list};
+use super::connect::{For, Links, list};
 use super::pool::{Answer, Finished, Member, Pool, Task};
 use super::watch::{Schedule, Watch, WatchId};
 use super::{Failure, Moment};
 use crate::check::plan::Plan;
-use crate::decimal::Clock;
+use crate::decimal::{Clock, Ticker};
 use crate::description::algorithm::Scheme;
 use crate::loading::{CallError, Class, Instance, NotFinite, Outputs, Sets, Stepped};
 
@@ -49,7 +49,21 @@ pub struct System {
     ended: Option<(usize, f64)>,
     /// Whether the next read serves every watch, due or not: after a restored state nothing has been read yet.
     pub(super) read_all: bool,
+    /// Whether all units have the base step.
+    uniform: bool,
+    /// Length of each unit's step (s).
+    sizes: Vec<f64>,
+    ticker: Option<Ticker>,
+    /// Whether exchanging values takes so little that looking at the clock would cost a good part of it.
+    short: bool,
+    /// The unit whose step the caller does while the others are handed over; looked at again every few steps.
+    split: Option<usize>,
 }
+
+/// Of short exchanges one in so many is timed; as often the sharing of units is looked at again.
+const SAMPLE: u64 = 16;
+/// An exchange below this (s) is short.
+const SHORT: f64 = 5e-6;
 
 impl System {
     pub(super) fn new(plan: Arc<Plan>, members: Vec<Option<Box<Member>>>, threads: Vec<u32>, pool: Pool) -> Self {
@@ -71,7 +85,15 @@ impl System {
             }
         }
         let bonds = Bonds::new(&plan, &links);
+        let uniform = plan.components.iter().all(|c| c.multiple == 1);
+        let sizes = plan.components.iter().map(|c| plan.clock.length(c.multiple)).collect();
+        let ticker = plan.clock.ticker();
         Self {
+            uniform,
+            sizes,
+            ticker,
+            short: false,
+            split: None,
             plan,
             members,
             threads,
@@ -126,7 +148,39 @@ impl System {
 
     /// Whether a unit communicates at this base step.
     pub fn is_due(&self, unit: usize, tick: u64) -> bool {
-        tick.is_multiple_of(self.plan.components[unit].multiple)
+        self.uniform || tick.is_multiple_of(self.plan.components[unit].multiple)
+    }
+
+    /// The time of a base step (s).
+    pub(super) fn time(&self, tick: u64) -> f64 {
+        match &self.ticker {
+            Some(ticker) => ticker.time(tick),
+            None => self.plan.clock.time(tick),
+        }
+    }
+
+    /// A unit that has ended the run goes on after all.
+    pub(super) fn forget_end(&mut self) {
+        self.ended = None;
+    }
+
+    /// From now on another base step (s), from another start.
+    pub(super) fn set_clock(&mut self, clock: Clock) {
+        let mut plan = (*self.plan).clone();
+        plan.clock = clock;
+        self.sizes = plan.components.iter().map(|c| clock.length(c.multiple)).collect();
+        self.ticker = clock.ticker();
+        self.plan = Arc::new(plan);
+    }
+
+    /// Whether the exchange at this base step is timed.
+    fn is_timed(&self, tick: u64) -> bool {
+        !self.short || tick.is_multiple_of(SAMPLE)
+    }
+
+    /// The time since then (s), for all exchanges that it stands for.
+    fn took(&self, begin: Instant) -> f64 {
+        begin.elapsed().as_secs_f64() * if self.short { SAMPLE as f64 } else { 1.0 }
     }
 
     /// Asks for variables of a unit to be read on a schedule; `fill` adds them. Call it before the first `read`.
@@ -147,29 +201,36 @@ impl System {
     /// # Errors
     /// A call that fails; a value that is not finite.
     pub fn read(&mut self, tick: u64) -> Result<(), Failure> {
-        let begin = Instant::now();
+        let timed = self.is_timed(tick).then(Instant::now);
+        let time = self.time(tick);
         for unit in 0..self.members.len() {
             if self.is_due(unit, tick) && !self.links.outputs[unit].is_empty() {
-                let time = self.plan.clock.time(tick);
                 let outputs = &mut self.links.outputs[unit];
                 read(&self.plan, unit, self.members[unit].as_deref_mut(), outputs, time)?;
                 self.links.note(unit, tick);
             }
         }
-        self.bonds.end(&self.links, self.plan.clock.length(1));
-        let carried = Instant::now();
-        self.clockwork.coupling += (carried - begin).as_secs_f64();
+        self.bonds.end(&self.links, self.plan.clock);
+        if let Some(begin) = timed {
+            self.clockwork.coupling += self.took(begin);
+        }
+        if self.watches.is_empty() {
+            return Ok(());
+        }
+        let watched = timed.map(|_| Instant::now());
         let all = std::mem::take(&mut self.read_all);
         for watch in &mut self.watches {
             let multiple = self.plan.components[watch.member].multiple;
-            let due = tick.is_multiple_of(multiple) && watch.schedules.iter().any(|s| s.is_due_within(tick, multiple));
+            let due = (self.uniform || tick.is_multiple_of(multiple))
+                && watch.schedules.iter().any(|s| s.is_due_within(tick, multiple));
             if due || all {
-                let time = self.plan.clock.time(tick);
                 let member = self.members[watch.member].as_deref_mut();
                 read(&self.plan, watch.member, member, &mut watch.outputs, time)?;
             }
         }
-        self.clockwork.watching += carried.elapsed().as_secs_f64();
+        if let Some(begin) = watched {
+            self.clockwork.watching += self.took(begin);
+        }
         Ok(())
     }
 
@@ -178,45 +239,57 @@ impl System {
     /// # Errors
     /// A call that fails.
     pub fn carry(&mut self, tick: u64) -> Result<(), Failure> {
-        let begin = Instant::now();
-        let plan = Arc::clone(&self.plan);
-        let due = |unit: usize| tick.is_multiple_of(plan.components[unit].multiple);
+        let timed = self.is_timed(tick).then(Instant::now);
         for unit in 0..self.members.len() {
-            if due(unit) {
+            if self.is_due(unit, tick) {
                 self.carry_to(unit, tick)?;
             }
         }
         // With the inputs set, outputs that depend on them are read again and handed on, in the order of the initial exchange.
         self.resolve(tick)?;
         if !self.stages.is_empty() {
-            for unit in (0..self.members.len()).filter(|&u| due(u)) {
-                let time = plan.clock.time(tick);
-                read(&plan, unit, self.members[unit].as_deref_mut(), &mut self.links.outputs[unit], time)?;
-                self.links.note(unit, tick);
+            let time = self.time(tick);
+            for unit in 0..self.members.len() {
+                if self.is_due(unit, tick) {
+                    let outputs = &mut self.links.outputs[unit];
+                    read(&self.plan, unit, self.members[unit].as_deref_mut(), outputs, time)?;
+                    self.links.note(unit, tick);
+                }
             }
-            for unit in (0..self.members.len()).filter(|&u| due(u)) {
-                self.carry_to(unit, tick)?;
+            for unit in 0..self.members.len() {
+                if self.is_due(unit, tick) {
+                    self.carry_to(unit, tick)?;
+                }
             }
         }
-        for unit in 0..self.members.len() {
-            if due(unit) {
-                self.begin_bonds(unit, tick)?;
+        if !self.bonds.is_empty() {
+            for unit in 0..self.members.len() {
+                if self.is_due(unit, tick) {
+                    self.begin_bonds(unit, tick)?;
+                }
             }
         }
-        self.clockwork.coupling += begin.elapsed().as_secs_f64();
+        if let Some(begin) = timed {
+            let took = begin.elapsed().as_secs_f64();
+            self.clockwork.coupling += self.took(begin);
+            self.short = took < SHORT * self.members.len() as f64;
+        }
         Ok(())
     }
 
     /// Sets the inputs of one unit from what was read last.
     pub(super) fn carry_to(&mut self, unit: usize, tick: u64) -> Result<(), Failure> {
-        let plan = &self.plan;
-        let due = |unit: usize| tick.is_multiple_of(plan.components[unit].multiple);
+        let time = self.time(tick);
+        let (plan, uniform) = (&self.plan, self.uniform);
+        let due = |unit: usize| uniform || tick.is_multiple_of(plan.components[unit].multiple);
         let Some(member) = self.members[unit].as_deref_mut() else { return Ok(()) };
         let span = (tick, tick + plan.components[unit].multiple);
         self.links
-            .carry(plan, unit, &mut member.instance, &mut self.sets, span, due)
-            .map_err(|r| Failure::unit(r.error, Moment::At(plan.clock.time(tick)), r.about))?;
-        let time = plan.clock.time(tick);
+            .carry(plan, unit, &mut member.instance, &mut self.sets, For { span, all_fresh: uniform }, due)
+            .map_err(|r| Failure::unit(r.error, Moment::At(time), r.about))?;
+        if plan.drives.is_empty() {
+            return Ok(());
+        }
         drive(plan, unit, &mut member.instance, &mut self.sets, time)
             .map_err(|e| Failure::unit(e, Moment::At(time), "inputs over time"))
     }
@@ -254,7 +327,14 @@ impl System {
         for unit in 0..self.members.len() {
             if let (true, Some(member)) = (due(unit), self.members[unit].as_deref_mut()) {
                 stage
-                    .carry(&plan, unit, &mut member.instance, &mut self.sets, (0, 0), due)
+                    .carry(
+                        &plan,
+                        unit,
+                        &mut member.instance,
+                        &mut self.sets,
+                        For { span: (0, 0), all_fresh: self.uniform },
+                        due,
+                    )
                     .map_err(|r| Failure::unit(r.error, Moment::At(time), r.about))?;
             }
         }
@@ -297,20 +377,18 @@ impl System {
     /// # Errors
     /// The failure of the first unit, in the order of the plan; all have come back then.
     pub fn step(&mut self, tick: u64) -> Result<(), Failure> {
+        if self.pool.helpers() == 0 && self.uniform {
+            return self.step_in_place(tick);
+        }
         let mut due = std::mem::take(&mut self.due);
         due.clear();
         let takes_part = |u: &usize| self.is_due(*u, tick) && self.fits(*u, tick) && self.members[*u].is_some();
         due.extend((0..self.members.len()).filter(takes_part));
-        // The caller takes the heaviest unit, whose step then pays for no wake-up and no cold cache.
-        let cost = |system: &Self, unit: usize| match system.effort(unit) {
-            (0, _) => f64::INFINITY,
-            (calls, seconds) => seconds / calls as f64,
-        };
         if self.pool.helpers() > 0 && due.len() > 1 {
-            let heaviest =
-                due.iter().copied().max_by(|&a, &b| cost(self, a).total_cmp(&cost(self, b))).unwrap_or_default();
-            let others: f64 = due.iter().filter(|&&u| u != heaviest).map(|&u| cost(self, u)).sum();
-            if others > WORTH_A_THREAD {
+            if tick.is_multiple_of(SAMPLE) || tick < SAMPLE || !self.uniform {
+                self.split = self.heaviest(&due);
+            }
+            if let Some(heaviest) = self.split {
                 for &unit in due.iter().filter(|&&u| u != heaviest) {
                     if let Some(member) = self.members[unit].take() {
                         let (time, size) = self.span(unit, tick);
@@ -355,10 +433,37 @@ impl System {
         }
     }
 
+    /// All units' steps on the caller's thread.
+    fn step_in_place(&mut self, tick: u64) -> Result<(), Failure> {
+        let time = self.time(tick);
+        for (unit, (member, size)) in self.members.iter_mut().zip(&self.sizes).enumerate() {
+            let Some(member) = member.as_deref_mut() else { continue };
+            match member.step(time, *size) {
+                Ok(Stepped::Ended(time)) => {
+                    self.ended.get_or_insert((unit, time));
+                }
+                Ok(Stepped::Done) => {}
+                Err(error) => return Err(Failure::unit(error, Moment::At(time), "")),
+            }
+        }
+        Ok(())
+    }
+
+    /// The heaviest of these units, if it pays to hand the others over. The caller takes it: its step then pays for no wake-up and no
+    /// cold cache.
+    fn heaviest(&self, due: &[usize]) -> Option<usize> {
+        let cost = |unit: usize| match self.effort(unit) {
+            (0, _) => f64::INFINITY,
+            (calls, seconds) => seconds / calls as f64,
+        };
+        let heaviest = due.iter().copied().max_by(|&a, &b| cost(a).total_cmp(&cost(b)))?;
+        let others: f64 = due.iter().filter(|&&u| u != heaviest).map(|&u| cost(u)).sum();
+        (others > WORTH_A_THREAD).then_some(heaviest)
+    }
+
     /// Start and length (s) of a unit's step at a base step.
     fn span(&self, unit: usize, tick: u64) -> (f64, f64) {
-        let clock = self.plan.clock;
-        (clock.time(tick), clock.length(self.plan.components[unit].multiple))
+        (self.time(tick), self.sizes[unit])
     }
 
     /// Carries out one task per unit side by side and gives the answers in the order of the tasks.

@@ -10,6 +10,7 @@ use terramech_fmi2::types::*;
 
 use super::environment::{Ear, Environment, progress};
 use super::functions::Functions;
+use super::pulse::Name;
 use super::values::{Outputs, Sets};
 use super::{CallError, Cause, Library, LoadError, Status};
 
@@ -77,7 +78,7 @@ impl Instance {
         let ear = Ear::new(made.name, environment);
         let callbacks = ear.callbacks();
         ear.begin();
-        ear.pulse.begin("fmi2Instantiate");
+        ear.pulse.begin(&"fmi2Instantiate");
         // SAFETY: all texts are zero-terminated and live through the call; the callbacks and the ear they point to live in
         // boxes as long as the instance.
         let component = unsafe {
@@ -108,7 +109,7 @@ impl Instance {
         if let Some(set_progress) = library.functions.set_progress {
             let ear = std::ptr::from_ref(&*instance.ear).cast_mut().cast();
             // SAFETY: the ear outlives the instance.
-            let _ = instance.call("terramech_setProgress", |_, c| unsafe { set_progress(c, Some(progress), ear) });
+            let _ = instance.call(&"terramech_setProgress", |_, c| unsafe { set_progress(c, Some(progress), ear) });
             // A unit that refuses reports runs without: the extension is not the standard's business.
             instance.alive = true;
         }
@@ -131,7 +132,7 @@ impl Instance {
     /// [`CallError`].
     pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), CallError> {
         // SAFETY: no pointers but the component.
-        self.call("fmi2SetupExperiment", |f, c| unsafe {
+        self.call(&"fmi2SetupExperiment", |f, c| unsafe {
             (f.setup_experiment)(c, FMI2_FALSE, 0.0, start, c_int::from(stop.is_some()), stop.unwrap_or(0.0))
         })
     }
@@ -142,7 +143,7 @@ impl Instance {
     /// [`CallError`].
     pub fn enter_initialization(&mut self) -> Result<(), CallError> {
         // SAFETY: no pointers but the component.
-        self.call("fmi2EnterInitializationMode", |f, c| unsafe { (f.enter_initialization)(c) })
+        self.call(&"fmi2EnterInitializationMode", |f, c| unsafe { (f.enter_initialization)(c) })
     }
 
     /// `fmi2ExitInitializationMode`.
@@ -151,7 +152,7 @@ impl Instance {
     /// [`CallError`].
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
         // SAFETY: no pointers but the component.
-        self.call("fmi2ExitInitializationMode", |f, c| unsafe { (f.exit_initialization)(c) })?;
+        self.call(&"fmi2ExitInitializationMode", |f, c| unsafe { (f.exit_initialization)(c) })?;
         self.running = true;
         Ok(())
     }
@@ -164,7 +165,7 @@ impl Instance {
         let get_status = self.library.functions.get_status;
         let no_way_back = c_int::from(self.kept.is_null());
         // SAFETY: no pointers but the component, and a status on our stack.
-        let stepped = self.call("fmi2DoStep", |f, c| unsafe {
+        let stepped = self.call(&"fmi2DoStep", |f, c| unsafe {
             // The last argument says that no state before this point is set again.
             let mut status = (f.do_step)(c, time, size, no_way_back);
             if let Some(get_status) = get_status {
@@ -205,7 +206,7 @@ impl Instance {
             return Ok(());
         }
         // SAFETY: no pointers but the component.
-        self.call("fmi2Terminate", |f, c| unsafe { (f.terminate)(c) })
+        self.call(&"fmi2Terminate", |f, c| unsafe { (f.terminate)(c) })
     }
 
     /// Reads all of `outputs`, by one call per type and two per array.
@@ -220,7 +221,7 @@ impl Instance {
                     let batch = &mut $batch;
                     debug_assert_eq!(batch.references.len(), batch.values.len());
                     // SAFETY: both arrays have as many elements as the call is told.
-                    self.call($call, |f, c| unsafe {
+                    self.call(&$call, |f, c| unsafe {
                         (f.$function)(c, batch.references.as_ptr(), batch.references.len(), batch.values.as_mut_ptr())
                     })?;
                 }
@@ -233,10 +234,10 @@ impl Instance {
             self.read_strings(&o.strings.references, &mut o.strings.values)?;
         }
         for array in &mut o.real_arrays {
-            self.read_array(array.reference, &mut array.values, "terramech_getRealArray", |f| f.get_real_array)?;
+            self.read_array(array.reference, &mut array.values, &"terramech_getRealArray", |f| f.get_real_array)?;
         }
         for array in &mut o.integer_arrays {
-            self.read_array(array.reference, &mut array.values, "terramech_getIntegerArray", |f| f.get_integer_array)?;
+            self.read_array(array.reference, &mut array.values, &"terramech_getIntegerArray", |f| f.get_integer_array)?;
         }
         Ok(())
     }
@@ -246,7 +247,7 @@ impl Instance {
         pointers.clear();
         pointers.resize(references.len(), std::ptr::null());
         // SAFETY: both arrays have as many elements as the call is told.
-        let result = self.call("fmi2GetString", |f, c| unsafe {
+        let result = self.call(&"fmi2GetString", |f, c| unsafe {
             (f.get_string)(c, references.as_ptr(), references.len(), pointers.as_mut_ptr())
         });
         if result.is_ok() {
@@ -266,7 +267,7 @@ impl Instance {
         &mut self,
         reference: u32,
         values: &mut Vec<T>,
-        name: &'static str,
+        name: Name,
         function: impl Fn(&Functions) -> Option<unsafe extern "C" fn(Fmi2Component, u32, *mut T, usize) -> Fmi2Status>,
     ) -> Result<(), CallError> {
         let functions = self.library.functions;
@@ -275,7 +276,7 @@ impl Instance {
         };
         let mut n = 0_usize;
         // SAFETY: the size goes to our stack.
-        self.call("terramech_getArraySize", |_, c| unsafe { size_of(c, reference, &raw mut n) })?;
+        self.call(&"terramech_getArraySize", |_, c| unsafe { size_of(c, reference, &raw mut n) })?;
         if n > MOST_ELEMENTS {
             let text = format!("array {reference} is said to have {n} elements; at most {MOST_ELEMENTS} are taken");
             return Err(self.refused("terramech_getArraySize", Status::Nonsense, text));
@@ -296,7 +297,7 @@ impl Instance {
                 if !references.is_empty() {
                     debug_assert_eq!(references.len(), values.len());
                     // SAFETY: both arrays have as many elements as the call is told.
-                    self.call($call, |f, c| unsafe {
+                    self.call(&$call, |f, c| unsafe {
                         (f.$function)(c, references.as_ptr(), references.len(), values.as_ptr())
                     })?;
                 }
@@ -311,11 +312,24 @@ impl Instance {
                 values.iter().map(|v| CString::new(v.replace('\0', " ")).unwrap_or_default()).collect();
             let pointers: Vec<Fmi2String> = texts.iter().map(|t| t.as_ptr()).collect();
             // SAFETY: both arrays have as many elements as the call is told; the texts live through it.
-            self.call("fmi2SetString", |f, c| unsafe {
+            self.call(&"fmi2SetString", |f, c| unsafe {
                 (f.set_string)(c, references.as_ptr(), references.len(), pointers.as_ptr())
             })?;
         }
         Ok(())
+    }
+
+    /// Sets reals by one call; both slices are equally long.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
+        let n = references.len().min(values.len());
+        if n == 0 {
+            return Ok(());
+        }
+        // SAFETY: both arrays have at least as many elements as the call is told.
+        self.call(&"fmi2SetReal", |f, c| unsafe { (f.set_real)(c, references.as_ptr(), n, values.as_ptr()) })
     }
 
     /// Sets an array of reals; its size becomes that of `values`.
@@ -327,7 +341,7 @@ impl Instance {
             return Err(self.refused("terramech_setRealArray", Status::Missing, String::new()));
         };
         // SAFETY: pointer and length belong together.
-        self.call("terramech_setRealArray", |_, c| unsafe { set(c, reference, values.as_ptr(), values.len()) })
+        self.call(&"terramech_setRealArray", |_, c| unsafe { set(c, reference, values.as_ptr(), values.len()) })
     }
 
     /// Sets an array of integers; its size becomes that of `values`.
@@ -339,7 +353,7 @@ impl Instance {
             return Err(self.refused("terramech_setIntegerArray", Status::Missing, String::new()));
         };
         // SAFETY: pointer and length belong together.
-        self.call("terramech_setIntegerArray", |_, c| unsafe { set(c, reference, values.as_ptr(), values.len()) })
+        self.call(&"terramech_setIntegerArray", |_, c| unsafe { set(c, reference, values.as_ptr(), values.len()) })
     }
 
     fn last_successful_time(&mut self) -> Option<f64> {
@@ -347,7 +361,7 @@ impl Instance {
         let mut time = f64::NAN;
         // SAFETY: the value goes to our stack.
         let result =
-            self.call("fmi2GetRealStatus", |_, c| unsafe { function(c, FMI2_LAST_SUCCESSFUL_TIME, &raw mut time) });
+            self.call(&"fmi2GetRealStatus", |_, c| unsafe { function(c, FMI2_LAST_SUCCESSFUL_TIME, &raw mut time) });
         result.ok().and(time.is_finite().then_some(time))
     }
 
@@ -355,14 +369,15 @@ impl Instance {
         let Some(function) = self.library.functions.get_boolean_status else { return false };
         let mut ended = FMI2_FALSE;
         // SAFETY: the value goes to our stack.
-        let result = self.call("fmi2GetBooleanStatus", |_, c| unsafe { function(c, FMI2_TERMINATED, &raw mut ended) });
+        let result = self.call(&"fmi2GetBooleanStatus", |_, c| unsafe { function(c, FMI2_TERMINATED, &raw mut ended) });
         result.is_ok() && ended != FMI2_FALSE
     }
 
     /// One call into the unit: all calls but instantiate and free pass here.
+    #[inline]
     pub(super) fn call(
         &mut self,
-        name: &'static str,
+        name: Name,
         f: impl FnOnce(&Functions, Fmi2Component) -> Fmi2Status,
     ) -> Result<(), CallError> {
         if !self.is_alive() {
@@ -372,6 +387,12 @@ impl Instance {
         self.ear.pulse.begin(name);
         let code = f(&self.library.functions, self.component.as_ptr());
         self.ear.pulse.end();
+        if code == FMI2_OK { Ok(()) } else { self.judge(name, code) }
+    }
+
+    /// A status other than fmi2OK.
+    #[cold]
+    fn judge(&mut self, name: Name, code: Fmi2Status) -> Result<(), CallError> {
         let Some(status) = Status::of(code) else { return Ok(()) };
         match status {
             Status::Fatal => self.library.condemn(),

@@ -1,10 +1,9 @@
 //! Which call an instance is in, for a watchdog on another thread.
 
-use std::sync::Mutex;
-use std::sync::PoisonError;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicPtr, AtomicU64, Ordering};
 
-/// The calls of one instance. Two stores a call: cheap beside the call itself.
+/// The calls of one instance. Three plain stores a call: cheap beside the call itself. Only one thread at a time is inside an
+/// instance, so that counting needs no locked instruction.
 #[derive(Debug)]
 pub struct Pulse {
     unit: String,
@@ -12,13 +11,18 @@ pub struct Pulse {
     count: AtomicU64,
     /// Reports of progress.
     signs: AtomicU64,
-    call: Mutex<&'static str>,
+    /// Points to the static name of the last call.
+    call: AtomicPtr<&'static str>,
 }
+
+/// A name of a function that a pulse can point to.
+pub type Name = &'static &'static str;
 
 impl Pulse {
     /// For the instance of that name.
     pub fn new(unit: &str) -> Self {
-        Self { unit: unit.to_owned(), count: AtomicU64::new(0), signs: AtomicU64::new(0), call: Mutex::new("") }
+        let call = AtomicPtr::new(std::ptr::from_ref::<&'static str>(&"").cast_mut());
+        Self { unit: unit.to_owned(), count: AtomicU64::new(0), signs: AtomicU64::new(0), call }
     }
 
     /// Instance name.
@@ -26,13 +30,17 @@ impl Pulse {
         &self.unit
     }
 
-    pub(super) fn begin(&self, call: &'static str) {
-        *self.call.lock().unwrap_or_else(PoisonError::into_inner) = call;
-        self.count.fetch_add(1, Ordering::Release);
+    pub(super) fn begin(&self, call: Name) {
+        self.call.store(std::ptr::from_ref(call).cast_mut(), Ordering::Relaxed);
+        self.step();
     }
 
     pub(super) fn end(&self) {
-        self.count.fetch_add(1, Ordering::Release);
+        self.step();
+    }
+
+    fn step(&self) {
+        self.count.store(self.count.load(Ordering::Relaxed).wrapping_add(1), Ordering::Release);
     }
 
     pub(super) fn sign(&self) {
@@ -42,7 +50,8 @@ impl Pulse {
     /// The call under way, with a number that changes whenever the unit shows life; `None` between calls.
     pub fn look(&self) -> Option<(&'static str, u64)> {
         let count = self.count.load(Ordering::Acquire);
-        let call = *self.call.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: only ever set from references to static names, in `new` and `begin`.
+        let call = unsafe { *self.call.load(Ordering::Relaxed) };
         let signs = self.signs.load(Ordering::Relaxed);
         (count % 2 == 1).then(|| (call, count.wrapping_mul(1 << 32).wrapping_add(signs)))
     }

@@ -53,7 +53,7 @@ pub fn code_of_failure(failure: &Failure) -> ExitCode {
         // A file that is cut or of another machine is what the user gave.
         Failure::Load(LoadError::Image { .. }) => ExitCode::Input,
         Failure::Load(_) => ExitCode::Unit,
-        Failure::NotFinite { .. } | Failure::NotConverged { .. } => ExitCode::Numerical,
+        Failure::NotFinite { .. } | Failure::NotConverged { .. } | Failure::Rings { .. } => ExitCode::Numerical,
         Failure::Results(error) if error.is_users_mistake() => ExitCode::Input,
         Failure::Results(_) | Failure::Environment(_) => ExitCode::Environment,
     }

@@ -8,6 +8,7 @@ mod energy;
 mod exit;
 mod host;
 mod report;
+mod ringing;
 mod saving;
 mod stop;
 mod watchdog;
@@ -32,6 +33,7 @@ pub use stop::Stop;
 
 use condition::Conditions;
 use host::Host;
+use ringing::Ringing;
 use saving::Saving;
 
 /// How a run is done.
@@ -235,6 +237,7 @@ impl State {
         if let Some(c) = from {
             algorithm.restore(&c.header.algorithm.iter().map(|b| f64::from_bits(*b)).collect::<Vec<_>>());
         }
+        let mut ringing = Ringing::default();
         let mut first = from.is_some();
         let end = loop {
             let time = plan.clock.time(tick);
@@ -245,6 +248,7 @@ impl State {
                 recorder.observe(system, tick)?;
             }
             self.reached = Some(time);
+            ringing.look(system, tick)?;
             if tick >= plan.clock.steps {
                 break End::Done;
             }
