@@ -24,11 +24,12 @@ pub mod dem_p;
 pub mod error;
 pub mod mesh;
 pub mod rigid;
+pub mod soil_engine;
 pub mod variables;
 
 use terramech_fmi2::Model;
 
 /// All models of this library; the GUID selects among them.
 pub fn models() -> Vec<Model> {
-    vec![dem_p::model(), rigid::model()]
+    vec![dem_p::model(), dem_c::model(), rigid::model()]
 }

@@ -116,10 +116,23 @@ pub struct Variables {
     pub grain_count: IntegerVar,
     /// Out: inner steps of the last communication step.
     pub inner_steps: IntegerVar,
+    /// Out: what an iterative solver did.
+    pub solver: Option<SolverVars>,
 }
 
-/// Declares the table.
-pub fn declare() -> (Table, Variables) {
+/// Handles of what an iterative solver did.
+#[derive(Clone, Copy, Debug)]
+pub struct SolverVars {
+    /// Iterations of the last inner step.
+    pub iterations: IntegerVar,
+    /// Residual there (m/s).
+    pub residual: RealVar,
+    /// Inner steps so far that ended above the tolerance.
+    pub unconverged: IntegerVar,
+}
+
+/// Declares the table; `solver`: for a model that solves by iteration.
+pub fn declare(solver: bool) -> (Table, Variables) {
     let mut t = Table::new();
     let common = t.common_parameters();
     let bed_load = t.parameter_string(
@@ -175,6 +188,15 @@ pub fn declare() -> (Table, Variables) {
         t.depends_initially(v, &[common.specification.vr(), bed_load.vr()]);
     }
     let body_probe = (1..=BODIES).map(|k| self::probe(&mut t, &format!("body[{k}].probe"), initially)).collect();
+    let solver = solver.then(|| SolverVars {
+        iterations: t.output_integer("solver.iterations", "Iterations of the solver in the last inner step"),
+        residual: t.output_real(
+            "solver.residual",
+            "m/s",
+            "Largest residual of a contact at the end of the last inner step",
+        ),
+        unconverged: t.output_integer("solver.unconverged", "Inner steps so far that ended above the tolerance"),
+    });
     let vars = Variables {
         common,
         bed_load,
@@ -194,6 +216,7 @@ pub fn declare() -> (Table, Variables) {
         contact_count,
         grain_count,
         inner_steps,
+        solver,
     };
     (t, vars)
 }

@@ -214,7 +214,7 @@ fn wrong_settings_and_steps_are_told() {
     assert!(fails(setup.clone(), ConeSetup { tolerance: -1.0, ..ConeSetup::default() }).contains("tolerance"));
     assert!(fails(setup.clone(), ConeSetup { iterations: 0, ..ConeSetup::default() }).contains("iterations"));
     assert!(fails(Setup { step: f64::NAN, ..setup.clone() }, ConeSetup::default()).contains("step"));
-    let fast: Vec<Grain> = grains.iter().map(|g| Grain { velocity: [0.0, 0.0, -20.0], ..*g }).collect();
+    let fast: Vec<Grain> = grains.iter().map(|g| Grain { velocity: [0.0, 0.0, 60.0], ..*g }).collect();
     let mut engine = ConeEngine::new(setup, ConeSetup::default(), &fast, 1).unwrap();
     let e = engine.advance(20, &mut []).unwrap_err().to_string();
     assert!(e.contains("half its radius"), "{e}");

@@ -11,7 +11,7 @@ pub mod pairs;
 pub use crate::rigid::config::Rigid;
 pub use dem_p::DemP;
 pub use obstacles::{Obstacle, ObstacleShape};
-pub use other::{DemC, Scm};
+pub use other::{DemC, Scm, Solver};
 pub use pairs::{MaterialName, PairValues};
 
 use schemars::JsonSchema;

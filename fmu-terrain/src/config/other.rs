@@ -8,15 +8,43 @@ use terramech_fmi2::specification::Faults;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DemC {
-    /// Inner step (s).
+    /// Longest inner step (s).
     pub step: f64,
-    /// Iterations of the cone solver per step.
+    /// Solver of the cone problem.
+    pub solver: Solver,
+    /// Residual at which a solve ends (m/s).
+    pub tolerance: f64,
+    /// Iterations of the solver per step at most.
     pub iterations: u32,
+    /// Time over which an overlap is undone (s).
+    pub recovery_time: f64,
+    /// Fastest that an overlap is undone (m/s).
+    pub recovery_speed: f64,
+}
+
+/// Solver of the cone problem.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Solver {
+    /// Nesterov's accelerated projected gradient with adaptive restart.
+    #[default]
+    Nesterov,
+    /// Spectral projected gradient.
+    BarzilaiBorwein,
+    /// Projected Gauss-Seidel: the reference, on one thread.
+    GaussSeidel,
 }
 
 impl Default for DemC {
     fn default() -> Self {
-        Self { step: 1e-3, iterations: 100 }
+        Self {
+            step: 1e-3,
+            solver: Solver::default(),
+            tolerance: 1e-3,
+            iterations: 200,
+            recovery_time: 0.05,
+            recovery_speed: 0.1,
+        }
     }
 }
 
@@ -64,6 +92,13 @@ impl Default for Scm {
 impl DemC {
     pub(super) fn check(&self, f: &mut Faults) {
         f.positive("dem_c.step", self.step);
+        for (path, x) in [
+            ("dem_c.tolerance", self.tolerance),
+            ("dem_c.recovery_time", self.recovery_time),
+            ("dem_c.recovery_speed", self.recovery_speed),
+        ] {
+            f.positive(path, x);
+        }
         f.check(self.iterations >= 1, "dem_c.iterations", self.iterations, "at least 1");
     }
 }

@@ -4,6 +4,7 @@
 //! vector kernels load and transpose rows without gathers. Rows lie in *canonical order*: by cell of the neighbour grid, x slowest,
 //! then by grain number. The order follows from the state alone (positions at the last rebuild), never from threads.
 
+use super::contact::Slip;
 use super::grid::Grid;
 use super::slab::{Slab, bytes};
 use super::vec3::{Vec3, dot};
@@ -143,6 +144,16 @@ impl DemState {
     /// Contacts of grains with walls and bodies.
     pub fn boundary_contacts(&self) -> usize {
         self.slabs.iter().map(|s| s.walls.iter().filter(|w| w.slip[3] != 0.0).count() + s.bodies.len()).sum()
+    }
+
+    /// Forgets the histories of all contacts: for a state that another engine left, to which they mean something else.
+    pub fn forget_contacts(&mut self) {
+        for s in &mut self.slabs {
+            s.slip.fill(Slip::default());
+            s.roll.fill([0.0; 3]);
+            s.walls.iter_mut().for_each(|w| (w.slip, w.roll) = (Slip::default(), [0.0; 3]));
+            s.bodies.clear();
+        }
     }
 
     /// Memory held (bytes).

@@ -64,6 +64,6 @@ pub use law::{Form, LawKind, Tangential};
 pub use material::{Adhesion, Coefficients, Material, PairOverride};
 pub use obstacle::{FreeBody, FreeState, MassOf, Solid};
 pub use sample::{Fill, Radii, Sample, sample};
-pub use settle::{BedReport, Recipe, Settle, Settled, prepare, settle};
+pub use settle::{BedReport, Recipe, Settle, Settled, prepare, prepare_with, settle};
 pub use surface::Surface;
 pub use wall::Wall;

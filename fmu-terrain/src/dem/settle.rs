@@ -7,6 +7,7 @@
 use super::engine::{CpuEngine, GrainEngine, Setup};
 use super::error::DemError;
 use super::grains::{DemState, Grain, INV_M, R, W, kinetic_energy, vec_at};
+use super::material::PairTable;
 use super::sample::{Fill, Sample, sample};
 use super::surface::Surface;
 use serde::{Deserialize, Serialize};
@@ -129,16 +130,30 @@ pub fn prepare(
     threads: usize,
     progress: Progress,
 ) -> Result<(CpuEngine, BedReport), DemError> {
+    let adheres = PairTable::new(&setup.materials, &setup.overrides).any_adhesion();
+    prepare_with(|grains: &[Grain]| CpuEngine::new(setup.clone(), grains, threads), adheres, recipe, progress)
+}
+
+/// As [`prepare`], with any engine: `new` makes one of grains; `adheres` says whether there is cohesion to let grow.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_with<E: GrainEngine>(
+    new: impl Fn(&[Grain]) -> Result<E, DemError>,
+    adheres: bool,
+    recipe: &Recipe,
+    progress: Progress,
+) -> Result<(E, BedReport), DemError> {
     let s = &recipe.sample;
     let grains = sample(s)?;
-    let mut engine = CpuEngine::new(setup.clone(), &grains, threads)?;
+    let mut engine = new(&grains)?;
     engine.scale_adhesion(0.0);
     let mut done = settle(&mut engine, &recipe.settle, "settling", progress)?;
     let mut time = done.time;
     if let Fill::Depth(depth) = s.fill {
         let kept = level(&engine, &grains, depth);
         if kept.len() < grains.len() {
-            engine = CpuEngine::new(setup, &kept, threads)?;
+            engine = new(&kept)?;
             engine.scale_adhesion(0.0);
             done = settle(&mut engine, &recipe.settle, "settling the levelled bed", progress)?;
             time += done.time;
@@ -146,7 +161,7 @@ pub fn prepare(
     }
     let height = Surface::of(engine.state(), s.length, s.width).mean();
     let mut cohesion_change = 0.0;
-    if engine.has_adhesion() {
+    if adheres {
         let steps = (recipe.cohesion_time / engine.setup().step).ceil().max(1.0) as u32;
         let parts = 100.min(steps);
         for k in 1..=parts {
@@ -174,7 +189,7 @@ pub fn prepare(
 }
 
 /// The grains that lie below `depth`, as they are now.
-fn level(engine: &CpuEngine, placed: &[Grain], depth: f64) -> Vec<Grain> {
+fn level(engine: &impl GrainEngine, placed: &[Grain], depth: f64) -> Vec<Grain> {
     let state = engine.state();
     state
         .by_id()

@@ -4,12 +4,11 @@
 //! [`terramech_mechanics::cone`], started from those of the last step; positions by the new velocities. State, sorting, pair lists, walls
 //! and bodies are those of [`crate::dem`]: a bed of one engine starts the other.
 //!
-//! **What h does.** An overlap is undone over the recovery time, at most at the recovery speed. The lift of the relaxation is taken out with the slip of the step before (see
+//! **What h does.** Where grains fall or fly further than a third of a radius in a step, it is taken in up to eight parts. An overlap is undone over the recovery time, at most at the recovery speed. The lift of the relaxation is taken out with the slip of the step before (see
 //! `contacts.rs`). Cohesion is the impulse c h.
 
 use super::contacts::{Made, PRESCRIBED, World, ball, classes, keep};
 use crate::dem::body::BodyLoad;
-use crate::dem::contact::Slip;
 use crate::dem::diagnostics::Touched;
 use crate::dem::engine::Setup;
 use crate::dem::grains::{DemState, Grain, INV_M, R, V, W, X0, vec_at};
@@ -85,6 +84,9 @@ pub struct ConeEngine {
     made: Vec<Made>,
 }
 
+/// Most parts of a step: what is faster than they allow for is a fault.
+const MOST_PARTS: u32 = 8;
+
 /// Advice when grains end up where they should not.
 const HINT: &str = "the step or the speeds are too large";
 
@@ -132,12 +134,7 @@ impl ConeEngine {
         }
         if own.skin == 0.0 {
             // Histories of another engine mean something else.
-            for s in &mut state.slabs {
-                s.slip.fill(Slip::default());
-                s.roll.fill([0.0; 3]);
-                s.walls.iter_mut().for_each(|w| (w.slip, w.roll) = (Slip::default(), [0.0; 3]));
-                s.bodies.clear();
-            }
+            state.forget_contacts();
             state.stale = true;
         }
         let pairs = PairTable::new(&setup.materials, &setup.overrides);
@@ -213,6 +210,17 @@ impl ConeEngine {
             Some([energy, work]) => (self.state.body_work - work) - (self.energy() - energy),
             None => 0.0,
         }
+    }
+
+    /// Parts to take a step of `h` in, so that no grain moves further than a third of the least radius in one.
+    fn parts_of(&self, h: f64) -> u32 {
+        let free = self.state.rows.iter().filter(|r| r[INV_M] > 0.0);
+        let (fastest, least) = free.fold((0.0_f64, f64::INFINITY), |(v, r), row| {
+            let speed = vec_at(row, V);
+            (v.max(dot(speed, speed)), r.min(row[R]))
+        });
+        let travel = h * fastest.sqrt() + h * h * norm(self.setup.gravity);
+        (3.0 * travel / least).ceil().clamp(1.0, f64::from(MOST_PARTS)) as u32
     }
 
     fn skin(&self) -> f64 {
@@ -409,7 +417,19 @@ impl GrainEngine for ConeEngine {
     fn advance(&mut self, steps: u32, bodies: &mut [Body]) -> Result<(), DemError> {
         let team = Arc::clone(&self.team);
         let h = self.setup.step;
-        team.enter(|| (0..steps).try_for_each(|k| self.step(f64::from(k) * h, bodies, k + 1 == steps)))
+        team.enter(|| {
+            (0..steps).try_for_each(|k| {
+                // Grains that fall or fly take the step in parts.
+                let parts = self.parts_of(h);
+                self.setup.step = h / f64::from(parts);
+                let done = (0..parts).try_for_each(|j| {
+                    let t = f64::from(k) * h + f64::from(j) * self.setup.step;
+                    self.step(t, bodies, k + 1 == steps && j + 1 == parts)
+                });
+                self.setup.step = h;
+                done
+            })
+        })
     }
 
     fn state(&self) -> &DemState {

@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::Path;
 use terramech_fmi2::{UnitError, state};
 
-const MAGIC: &[u8; 8] = b"TMBED__1";
+const MAGIC: &[u8; 8] = b"TMBED__2";
 
 /// A bed as it is kept.
 #[derive(Serialize, Deserialize)]
@@ -17,6 +17,10 @@ pub struct BedFile {
     pub specification: String,
     /// How it came out.
     pub report: BedReport,
+    /// Name of the engine it was settled with.
+    pub engine: String,
+    /// What that engine keeps beside the grains.
+    pub own: Vec<u8>,
     /// Everything else.
     pub state: DemState,
 }

@@ -1,6 +1,6 @@
 //! Model `terrain_dem_p`: granular soil with penalty contacts.
 //!
-//! `unit.rs` puts the engine of [`crate::dem`] behind the interface, [`bodies`] turns inputs into bodies of the engine,
+//! `unit.rs` puts an engine behind the interface (that of [`crate::dem`] here, that of [`crate::dem_c`] there), [`bodies`] turns inputs into bodies of the engine,
 //! [`outputs`] its state into outputs, and [`bed_file`] keeps settled beds.
 
 pub mod bed_file;
@@ -8,7 +8,7 @@ pub mod bodies;
 pub mod outputs;
 mod unit;
 
-pub use unit::DemPUnit;
+pub use unit::{DemPUnit, GranularUnit};
 
 use crate::config::Terrain;
 use crate::variables;
@@ -21,7 +21,7 @@ pub fn default_specification() -> String {
 
 /// The model.
 pub fn model() -> Model {
-    let (table, vars) = variables::declare();
+    let (table, vars) = variables::declare(false);
     let make = move || -> Box<dyn terramech_fmi2::Unit> { Box::new(DemPUnit::new(vars.clone())) };
     let mut model = Model::new("terrain_dem_p", "Granular soil: spheres with penalty contacts", table, make);
     model.weight = 100.0;

@@ -6,8 +6,9 @@ use super::outputs;
 use crate::config::dem_p::FIRST_OBSTACLE;
 use crate::config::{BODIES, Terrain};
 use crate::dem::grains::R;
-use crate::dem::{self, BedReport, Body, CpuEngine, DemState, FreeState, GrainEngine, Solid, limits};
+use crate::dem::{BedReport, Body, CpuEngine, DemState, FreeState, Solid};
 use crate::error::unit_error;
+use crate::soil_engine::SoilEngine;
 use crate::variables::Variables;
 use serde::{Deserialize, Serialize};
 use terramech_fmi2::{Host, LogCategory, Stage, Step, Unit, UnitError, Values, Var, specification, state};
@@ -16,11 +17,11 @@ use terramech_fmi2::{Host, LogCategory, Stage, Step, Unit, UnitError, Values, Va
 ///
 /// In a step from t to t + H the bodies move on from their inputs at t by their velocities; what the grains do to them is
 /// summed at every inner step and handed out as means over H.
-pub struct DemPUnit {
+pub struct GranularUnit<E: SoilEngine> {
     vars: Variables,
     own: Own,
     spec: Option<Terrain>,
-    engine: Option<CpuEngine>,
+    engine: Option<E>,
     /// Bodies as the inputs say, and the triangles their meshes were made from: remade after a restore.
     bodies: Vec<Body>,
     triangles: Vec<Vec<i32>>,
@@ -28,7 +29,12 @@ pub struct DemPUnit {
     longest: f64,
     /// The log has been told that a body reaches out of the box.
     told_outside: [bool; BODIES],
+    /// The log has been told that a solve did not reach its tolerance.
+    told_unconverged: bool,
 }
+
+/// The unit of the model `terrain_dem_p`.
+pub type DemPUnit = GranularUnit<CpuEngine>;
 
 /// Everything that is saved beside the engine's state.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -47,20 +53,22 @@ struct Own {
 }
 
 #[derive(Serialize)]
-struct Save<'a> {
+struct Save<'a, S> {
     own: &'a Own,
     state: Option<&'a DemState>,
+    engine: S,
 }
 
 #[derive(Deserialize)]
-struct Restore {
+struct Restore<S> {
     own: Own,
     state: Option<DemState>,
+    engine: S,
 }
 
 const LOCKED: &str = "the bed has been made with it";
 
-impl DemPUnit {
+impl<E: SoilEngine> GranularUnit<E> {
     /// A fresh instance.
     pub fn new(vars: Variables) -> Self {
         let bodies = (0..BODIES).map(bodies::absent).collect();
@@ -74,6 +82,7 @@ impl DemPUnit {
             triangles,
             longest: 0.0,
             told_outside: [false; BODIES],
+            told_unconverged: false,
         }
     }
 
@@ -84,7 +93,7 @@ impl DemPUnit {
     }
 
     /// The bed, made now if it is not there yet.
-    fn bed(&mut self, v: &mut Values, host: &Host) -> Result<&mut CpuEngine, UnitError> {
+    fn bed(&mut self, v: &mut Values, host: &Host) -> Result<&mut E, UnitError> {
         if self.engine.is_none() {
             self.make_bed(v, host)?;
         }
@@ -101,12 +110,20 @@ impl DemPUnit {
         }
         let (engine, report) = if load.is_empty() {
             let mut progress = |phase: &str, done: f64| host.progress(phase, done).is_ok();
-            dem::prepare(spec.setup(&[]), &spec.recipe(), threads, &mut progress).map_err(|e| unit_error(e, false))?
+            E::make(&spec, threads, &mut progress).map_err(|e| unit_error(e, false))?
         } else {
-            let file = bed_file::read(&load, &spec)?;
-            let setup = spec.setup(&[]);
-            limits::check_rows(&setup, &file.state.rows).map_err(|e| unit_error(e, false))?;
-            let engine = CpuEngine::with_state(setup, file.state, threads).map_err(|e| unit_error(e, false))?;
+            let mut file = bed_file::read(&load, &spec)?;
+            let own = if file.engine == E::NAME {
+                state::from_bytes(&file.own)?
+            } else {
+                host.log(
+                    LogCategory::Info,
+                    &format!("the bed was settled by {}: its contacts begin anew", file.engine),
+                );
+                file.state.forget_contacts();
+                E::Own::default()
+            };
+            let engine = E::open(&spec, &[], file.state, own, threads).map_err(|e| unit_error(e, false))?;
             (engine, file.report)
         };
         let BedReport { grains, height, cohesion_change, time, energy } = report;
@@ -125,7 +142,9 @@ impl DemPUnit {
         }
         if !save.is_empty() {
             let specification = self.own.specification.clone();
-            bed_file::write(&save, &BedFile { specification, report, state: engine.state().clone() })?;
+            let own = state::to_bytes(&engine.own())?;
+            let (engine, state) = (E::NAME.to_string(), engine.state().clone());
+            bed_file::write(&save, &BedFile { specification, report, engine, own, state })?;
             host.log(LogCategory::Info, &format!("bed written to {save}"));
         }
         self.engine = Some(engine);
@@ -236,7 +255,7 @@ impl DemPUnit {
         } else if vr == vars.kinetic_energy.vr() {
             v[vars.kinetic_energy] = state.kinetic_energy();
         } else if vr == vars.dissipated_energy.vr() {
-            v[vars.dissipated_energy] = engine.dissipated(&self.bodies);
+            v[vars.dissipated_energy] = engine.heat(&self.bodies);
         } else if vr == vars.contact_count.vr() {
             v[vars.contact_count] = (state.grain_contacts() + state.boundary_contacts()) as i32;
         }
@@ -244,16 +263,14 @@ impl DemPUnit {
     }
 }
 
-impl Unit for DemPUnit {
+impl<E: SoilEngine> Unit for GranularUnit<E> {
     fn enter_initialization(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
         let default = super::default_specification();
         let given = specification::load::<Terrain>(v.string(self.vars.common.specification), &default, host)?;
         given.value.check(&given.origin)?;
         // The critical step is known without a bed: say it before minutes of settling.
-        let (least, _) = given.value.radii().range();
-        let lightest = dem::Grain::at([0.0; 3], least, given.value.soil.density);
-        let setup = given.value.setup(&[]);
-        limits::check(&setup, &[lightest]).map_err(|e| UnitError::input(format!("{}: {e}", given.origin)))?;
+        let longest =
+            E::longest_step(&given.value, &[]).map_err(|e| UnitError::input(format!("{}: {e}", given.origin)))?;
         self.own = Own {
             specification: serde_json::to_string(&given.value)
                 .map_err(|e| UnitError::input(format!("{}: {e}", given.origin)))?,
@@ -263,7 +280,7 @@ impl Unit for DemPUnit {
             ..Own::default()
         };
         self.spec = Some(given.value);
-        self.longest = setup.step;
+        self.longest = longest;
         v.lock([self.vars.common.specification.vr()], "it was read when initialization mode began");
         Ok(())
     }
@@ -283,11 +300,10 @@ impl Unit for DemPUnit {
     fn exit_initialization(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
         self.bed(v, host)?;
         self.take_bodies(v)?;
-        let setup = self.spec()?.setup(&self.own.surfaces);
-        self.longest = setup.step;
-        self.bed(v, host)?
-            .set_setup(setup)
-            .map_err(|e| UnitError::input(format!("with the surfaces of the bodies: {}", unit_error(e, false))))?;
+        let (spec, surfaces) = (self.spec()?.clone(), self.own.surfaces.clone());
+        let fault = |e| UnitError::input(format!("with the surfaces of the bodies: {}", unit_error(e, false)));
+        self.longest = E::longest_step(&spec, &surfaces).map_err(fault)?;
+        self.bed(v, host)?.take_surfaces(&spec, &surfaces).map_err(fault)?;
         // Faults of meshes that are there already are told now.
         self.place_bodies(v)
     }
@@ -307,7 +323,7 @@ impl Unit for DemPUnit {
         self.bed(v, host)?;
         let Some(engine) = &mut self.engine else { return Ok(()) };
         engine
-            .set_step(step.size / count)
+            .change_step(step.size / count)
             .and_then(|()| engine.advance(count as u32, &mut self.bodies))
             .map_err(|e| unit_error(e, true))?;
         for ((body, vars), slot) in self.bodies.iter().zip(&self.vars.body).zip(&self.own.slots) {
@@ -316,16 +332,40 @@ impl Unit for DemPUnit {
             }
         }
         v[self.vars.inner_steps] = count.min(f64::from(i32::MAX)) as i32;
+        if let (Some(report), Some(vars)) = (engine.solver(), self.vars.solver) {
+            v[vars.iterations] = i32::try_from(report.iterations).unwrap_or(i32::MAX);
+            v[vars.residual] = report.residual;
+            v[vars.unconverged] = i32::try_from(report.unconverged).unwrap_or(i32::MAX);
+            if report.unconverged > 0 && !self.told_unconverged {
+                self.told_unconverged = true;
+                let [x, y, z] = report.worst;
+                host.log(
+                    LogCategory::Warning,
+                    &format!(
+                        "the contact solver stopped at {} iterations with a residual of {:.2e} m/s before {:.4} s, worst contact at \
+                         ({x:.3}, {y:.3}, {z:.3}) m; solver.unconverged counts such steps (told once)",
+                        report.iterations,
+                        report.residual,
+                        step.time + step.size
+                    ),
+                );
+            }
+        }
         Ok(())
     }
 
     fn save(&mut self) -> Result<Vec<u8>, UnitError> {
         self.own.obstacles = self.bodies.iter_mut().filter_map(|b| b.shape.as_free()).map(|f| f.now.clone()).collect();
-        state::to_bytes(&Save { own: &self.own, state: self.engine.as_ref().map(|e| e.state()) })
+        let engine = self.engine.as_ref();
+        state::to_bytes(&Save {
+            own: &self.own,
+            state: engine.map(|e| e.state()),
+            engine: engine.map(E::own).unwrap_or_default(),
+        })
     }
 
     fn restore(&mut self, v: &mut Values, bytes: &[u8]) -> Result<(), UnitError> {
-        let Restore { own, state } = state::from_bytes(bytes)?;
+        let Restore::<E::Own> { own, state, engine } = state::from_bytes(bytes)?;
         self.spec = match own.specification.as_str() {
             "" => None,
             text => Some(specification::parse(text, &own.origin)?),
@@ -335,11 +375,11 @@ impl Unit for DemPUnit {
         self.triangles = vec![Vec::new(); BODIES];
         self.engine = None;
         if let Some(spec) = self.spec.clone() {
-            let setup = spec.setup(&self.own.surfaces);
-            self.longest = setup.step;
+            let fault = |e| unit_error(e, false);
+            self.longest = E::longest_step(&spec, &self.own.surfaces).map_err(fault)?;
             if let Some(state) = state {
                 let threads = v[self.vars.common.threads].max(1) as usize;
-                self.engine = Some(CpuEngine::with_state(setup, state, threads).map_err(|e| unit_error(e, false))?);
+                self.engine = Some(E::open(&spec, &self.own.surfaces, state, engine, threads).map_err(fault)?);
                 self.place_obstacles(&spec)?;
                 let obstacles = std::mem::take(&mut self.own.obstacles);
                 for (free, saved) in self.bodies.iter_mut().filter_map(|b| b.shape.as_free()).zip(obstacles) {

@@ -26,7 +26,7 @@ pub fn default_specification() -> String {
 
 /// The model.
 pub fn model() -> Model {
-    let (table, vars) = variables::declare();
+    let (table, vars) = variables::declare(false);
     let make = move || -> Box<dyn terramech_fmi2::Unit> { Box::new(RigidUnit::new(vars.clone())) };
     let mut model = Model::new("terrain_rigid", "Rigid ground: plane, mesh or height map, with friction", table, make);
     model.weight = 1.0;

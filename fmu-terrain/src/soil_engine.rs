@@ -1,0 +1,190 @@
+//! What a granular unit asks of its engine: the one place where the models `terrain_dem_p` and `terrain_dem_c` differ.
+
+use crate::config::Terrain;
+use crate::dem::{
+    self, BedReport, Body, CpuEngine, DemError, DemState, Grain, GrainEngine, limits, prepare, prepare_with,
+};
+use crate::dem_c::{ConeEngine, ConeSetup, ConeState};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use terramech_mechanics::cone::Method;
+
+/// Told of progress: phase, fraction done; `false` asks to stop.
+pub type Progress<'a> = &'a mut dyn FnMut(&str, f64) -> bool;
+
+/// What an iterative engine says of its last steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SolverReport {
+    /// Iterations of the last inner step.
+    pub iterations: u32,
+    /// Residual there (m/s).
+    pub residual: f64,
+    /// Inner steps so far whose solve ended above the tolerance.
+    pub unconverged: u64,
+    /// Where the worst contact of the last inner step is (m).
+    pub worst: [f64; 3],
+}
+
+/// An engine that a unit runs. Specifications are those of [`Terrain`]; `surfaces` are friction, restitution, Young's modulus and
+/// Poisson's ratio of the bodies.
+pub trait SoilEngine: GrainEngine + Sized {
+    /// What is saved beside the grains.
+    type Own: Serialize + DeserializeOwned + Clone + Default;
+    /// Its name in files of beds.
+    const NAME: &'static str;
+
+    /// Longest inner step (s), checked as far as it can be without a bed.
+    ///
+    /// # Errors
+    /// Values outside their ranges, a step above the critical one.
+    fn longest_step(spec: &Terrain, surfaces: &[[f64; 4]]) -> Result<f64, DemError>;
+    /// Makes the bed.
+    ///
+    /// # Errors
+    /// As [`dem::prepare`].
+    fn make(spec: &Terrain, threads: usize, progress: Progress) -> Result<(Self, BedReport), DemError>;
+    /// Goes on from a state: its own, or, with the default of `own`, that of another engine.
+    ///
+    /// # Errors
+    /// Values outside their ranges.
+    fn open(
+        spec: &Terrain,
+        surfaces: &[[f64; 4]],
+        state: DemState,
+        own: Self::Own,
+        threads: usize,
+    ) -> Result<Self, DemError>;
+    /// What is saved beside the grains.
+    fn own(&self) -> Self::Own;
+    /// Takes the surfaces of the bodies.
+    ///
+    /// # Errors
+    /// As [`SoilEngine::longest_step`].
+    fn take_surfaces(&mut self, spec: &Terrain, surfaces: &[[f64; 4]]) -> Result<(), DemError>;
+    /// Sets the inner step (s).
+    ///
+    /// # Errors
+    /// A step above the critical one.
+    fn change_step(&mut self, step: f64) -> Result<(), DemError>;
+    /// Energy turned into heat since the bed was made (J).
+    fn heat(&self, bodies: &[Body]) -> f64;
+    /// What the solver did, if there is one.
+    fn solver(&self) -> Option<SolverReport>;
+}
+
+impl SoilEngine for CpuEngine {
+    type Own = ();
+    const NAME: &'static str = "dem_p";
+
+    fn longest_step(spec: &Terrain, surfaces: &[[f64; 4]]) -> Result<f64, DemError> {
+        let setup = spec.setup(surfaces);
+        let (least, _) = spec.radii().range();
+        limits::check(&setup, &[Grain::at([0.0; 3], least, spec.soil.density)])?;
+        Ok(setup.step)
+    }
+
+    fn make(spec: &Terrain, threads: usize, progress: Progress) -> Result<(Self, BedReport), DemError> {
+        prepare(spec.setup(&[]), &spec.recipe(), threads, progress)
+    }
+
+    fn open(spec: &Terrain, surfaces: &[[f64; 4]], state: DemState, (): (), threads: usize) -> Result<Self, DemError> {
+        let setup = spec.setup(surfaces);
+        limits::check_rows(&setup, &state.rows)?;
+        Self::with_state(setup, state, threads)
+    }
+
+    fn own(&self) {}
+
+    fn take_surfaces(&mut self, spec: &Terrain, surfaces: &[[f64; 4]]) -> Result<(), DemError> {
+        self.set_setup(spec.setup(surfaces))
+    }
+
+    fn change_step(&mut self, step: f64) -> Result<(), DemError> {
+        self.set_step(step)
+    }
+
+    fn heat(&self, bodies: &[Body]) -> f64 {
+        self.dissipated(bodies)
+    }
+
+    fn solver(&self) -> Option<SolverReport> {
+        None
+    }
+}
+
+/// The setup of the complementarity engine.
+fn cone_setup(spec: &Terrain, surfaces: &[[f64; 4]]) -> (dem::Setup, ConeSetup) {
+    use crate::config::Solver;
+    let c = spec.dem_c.unwrap_or_default();
+    let cone = ConeSetup {
+        method: match c.solver {
+            Solver::Nesterov => Method::Nesterov,
+            Solver::BarzilaiBorwein => Method::BarzilaiBorwein,
+            Solver::GaussSeidel => Method::GaussSeidel,
+        },
+        tolerance: c.tolerance,
+        iterations: c.iterations,
+        recovery_time: c.recovery_time,
+        recovery_speed: c.recovery_speed,
+    };
+    (dem::Setup { step: c.step, ..spec.setup(surfaces) }, cone)
+}
+
+impl SoilEngine for ConeEngine {
+    type Own = ConeState;
+    const NAME: &'static str = "dem_c";
+
+    fn longest_step(spec: &Terrain, surfaces: &[[f64; 4]]) -> Result<f64, DemError> {
+        if !spec.obstacles.is_empty() {
+            let allowed = "none with terrain_dem_c: obstacles move in terrain_dem_p only";
+            return Err(DemError::parameter("obstacles", spec.obstacles.len(), allowed));
+        }
+        Ok(cone_setup(spec, surfaces).0.step)
+    }
+
+    fn make(spec: &Terrain, threads: usize, progress: Progress) -> Result<(Self, BedReport), DemError> {
+        let (setup, cone) = cone_setup(spec, &[]);
+        let adheres = dem::material::PairTable::new(&setup.materials, &setup.overrides).any_adhesion();
+        let new = |grains: &[Grain]| Self::new(setup.clone(), cone, grains, threads);
+        prepare_with(new, adheres, &spec.recipe(), progress)
+    }
+
+    fn open(
+        spec: &Terrain,
+        surfaces: &[[f64; 4]],
+        state: DemState,
+        own: ConeState,
+        threads: usize,
+    ) -> Result<Self, DemError> {
+        let (setup, cone) = cone_setup(spec, surfaces);
+        Self::with_state(setup, cone, state, own, threads)
+    }
+
+    fn own(&self) -> ConeState {
+        self.cone_state()
+    }
+
+    fn take_surfaces(&mut self, spec: &Terrain, surfaces: &[[f64; 4]]) -> Result<(), DemError> {
+        self.set_setup(cone_setup(spec, surfaces).0);
+        Ok(())
+    }
+
+    fn change_step(&mut self, step: f64) -> Result<(), DemError> {
+        self.set_step(step);
+        Ok(())
+    }
+
+    fn heat(&self, _: &[Body]) -> f64 {
+        self.dissipated()
+    }
+
+    fn solver(&self) -> Option<SolverReport> {
+        let r = self.report();
+        Some(SolverReport {
+            iterations: r.outcome.iterations,
+            residual: r.outcome.residual,
+            unconverged: self.cone_state().unconverged,
+            worst: r.worst,
+        })
+    }
+}
