@@ -25,8 +25,13 @@ pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
 /// What was typed about a system, with paths made absolute: what a checkpoint keeps to start the run again.
 fn how(system: &System) -> How {
     let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
+    // From the working folder, else along --fmu-path, as the description's own FMUs.
+    let found = |path: &str| {
+        let along = system.fmu_path.iter().map(|folder| folder.join(path)).find(|p| p.exists());
+        if Path::new(path).exists() { PathBuf::from(path) } else { along.unwrap_or_else(|| PathBuf::from(path)) }
+    };
     let absolute_swap = |text: &String| match text.split_once('=') {
-        Some((name, path)) if !path.is_empty() => format!("{name}={}", absolute(&PathBuf::from(path)).display()),
+        Some((name, path)) if !path.is_empty() => format!("{name}={}", absolute(&found(path)).display()),
         _ => text.clone(),
     };
     How {
