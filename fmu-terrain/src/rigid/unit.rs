@@ -137,8 +137,11 @@ impl RigidUnit {
     }
 }
 
-/// Positions, velocities and areas of the vertices of a deforming mesh; `None` where there is none yet.
-fn free(v: &Values, vars: &BodyVars) -> Result<Option<(Vec<Vec3>, Vec<Vec3>, Vec<Vec3>)>, String> {
+/// Positions (m), velocities (m/s) and areas (m2, outward) of the vertices of a deforming mesh.
+type Vertices = (Vec<Vec3>, Vec<Vec3>, Vec<Vec3>);
+
+/// The vertices of a deforming mesh; `None` where there is none yet.
+fn free(v: &Values, vars: &BodyVars) -> Result<Option<Vertices>, String> {
     let (position, velocity, triangle) = (v.reals(vars.position), v.reals(vars.velocity), v.integers(vars.triangle));
     if position.is_empty() && triangle.is_empty() {
         return Ok(None);
