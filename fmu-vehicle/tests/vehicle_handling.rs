@@ -4,8 +4,8 @@ mod checks;
 mod study;
 
 use checks::{figure, relative};
-use fmu_vehicle::vehicle::DriverInputs;
 use fmu_vehicle::vehicle::tires::TireModel;
+use fmu_vehicle::vehicle::{DriverInputs, Part, Place, VehicleSpec};
 use study::{EXTERNAL, Study};
 use terramech_handling_tires::{Contact, Probe};
 use terramech_mechanics::Vec3;
@@ -144,6 +144,40 @@ fn case_9_6_mirrored_runs_are_mirrored() {
         0.0,
         (l.position.y + r.position.y) / l.position.x,
         1e-3,
+    );
+}
+
+/// With a rack in the middle instead of the Pitman arm the vehicle is symmetric, and so are its runs.
+#[test]
+fn case_9_6_a_symmetric_vehicle_is_mirrored_to_round_off() {
+    let mut spec =
+        serde_json::to_value(VehicleSpec::read("hmmwv/vehicle.json", &Place::Folder(None)).unwrap()).unwrap();
+    spec["steering"] = serde_json::json!([{"rack_pinion": {"rack": {"mass": 5.0, "inertia": [0.3, 0.1, 0.3]},
+        "rack_com": [1.44, 0.0, 0.05], "full_angle": 1.0, "pinion_radius": 0.06, "direction": -1.0}}]);
+    let Part::Inline(spec) = serde_json::from_value::<Part<VehicleSpec>>(spec).unwrap() else { panic!("in place") };
+    let run = |side: f64| {
+        let mut s = Study::of(&spec, TireModel::Fiala(None), EXTERNAL, 8.0);
+        s.v.inputs = DriverInputs { throttle: 0.3, steering: 0.2 * side, braking: 0.0 };
+        s.run(3.0, 1e-3);
+        s.v.chassis_state().state
+    };
+    let (l, r) = (run(1.0), run(-1.0));
+    assert!(l.position.y.abs() > 1.0, "{l:?}");
+    figure(
+        "9.6",
+        "symmetric vehicle, y of mirrored runs: sum / travel",
+        "1",
+        0.0,
+        (l.position.y + r.position.y) / l.position.x,
+        1e-9,
+    );
+    figure(
+        "9.6",
+        "symmetric vehicle, x of mirrored runs: difference / travel",
+        "1",
+        0.0,
+        (l.position.x - r.position.x) / l.position.x,
+        1e-9,
     );
 }
 

@@ -59,6 +59,9 @@ impl PathSpec {
         let Self::Csv { file, in_world } = self else { return };
         match place.text(file) {
             Ok(text) => match parse(&text) {
+                Ok(points) if points.len() < 2 => {
+                    f.add(format!("'{path}.csv.file' {file} has {} point(s); allowed: at least two points", points.len()));
+                }
                 Ok(points) => *self = Self::Points { points, in_world: *in_world },
                 Err(e) => f.add(format!("'{path}.csv.file' {file}: {e}")),
             },

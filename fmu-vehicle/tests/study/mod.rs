@@ -19,14 +19,16 @@ pub struct Study {
 
 impl Study {
     pub fn new(model: TireModel, driver: &str, speed: f64) -> Self {
-        let spec = VehicleSpec::read("hmmwv/vehicle.json", &Place::Folder(None)).unwrap();
+        Self::of(&VehicleSpec::read("hmmwv/vehicle.json", &Place::Folder(None)).unwrap(), model, driver, speed)
+    }
+    pub fn of(spec: &VehicleSpec, model: TireModel, driver: &str, speed: f64) -> Self {
         let (tire, hub) = TiresSpec { model, friction: 0.8 }.build().unwrap();
         let mut hubs = vec![hub; 4];
-        let rest = Rest::find(&spec, &[], &hubs, Mode::Drive).unwrap();
+        let rest = Rest::find(spec, &[], &hubs, Mode::Drive).unwrap();
         for (h, load) in hubs.iter_mut().zip(&rest.loads) {
             h.tire_radius -= InternalTires::deflection(&tire, *load);
         }
-        let rest = Rest::find(&spec, &[], &hubs, Mode::Drive).unwrap();
+        let rest = Rest::find(spec, &[], &hubs, Mode::Drive).unwrap();
         let mut v = rest.vehicle;
         if speed > 0.0 {
             v.launch(speed).unwrap();
