@@ -60,7 +60,10 @@ impl PathSpec {
         match place.text(file) {
             Ok(text) => match parse(&text) {
                 Ok(points) if points.len() < 2 => {
-                    f.add(format!("'{path}.csv.file' {file} has {} point(s); allowed: at least two points", points.len()));
+                    f.add(format!(
+                        "'{path}.csv.file' {file} has {} point(s); allowed: at least two points",
+                        points.len()
+                    ));
                 }
                 Ok(points) => *self = Self::Points { points, in_world: *in_world },
                 Err(e) => f.add(format!("'{path}.csv.file' {file}: {e}")),
