@@ -55,7 +55,7 @@ fn case_5_4_wishbone_kinematics() {
         expected.iter().map(|e| format!("{} {};", e.0 * 1e-3, [e.1, e.2][k] * std::f64::consts::PI / 180.0)).collect()
     };
     for (k, name) in ["camber", "toe"].into_iter().enumerate() {
-        let head = format!("\nCURVE|vehicle-kinematics|HMMWV front wishbone: camber and toe|travel|m|{name}|rad");
+        let head = format!("\nCURVE|kinematics|HMMWV front wishbone: camber and toe|travel|m|{name}|rad");
         println!("{}|line|{name}|{}", head.replace(&format!("|{name}|"), "|angle|"), curves[k]);
         println!("{}|points|{name}, reference|{}", head.replace(&format!("|{name}|"), "|angle|"), reference(k));
     }
