@@ -142,7 +142,7 @@ fn wheel(shape: &str, k: usize, t: &mut Terrain, mesh: &TriangleMesh) {
         t.put("body[1].position", &x);
         t.put("body[1].velocity", &v);
         if k == 0 {
-            t.triangles(&mesh);
+            t.triangles(mesh);
         }
     }
 }
