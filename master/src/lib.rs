@@ -22,6 +22,7 @@ pub mod inspect;
 #[allow(unsafe_code)]
 pub mod loading;
 pub mod model_description;
+pub mod pack;
 pub mod record;
 pub mod run;
 pub mod suggest;

@@ -6,6 +6,8 @@ use std::fs;
 
 use support::{Bench, Part, part};
 use terramech::check;
+use terramech::description::Audience;
+use terramech::pack::pack;
 use terramech::run::{self, End, ExitCode, Stop};
 use testunits::arrays::published;
 
@@ -108,6 +110,28 @@ fn parameter_files_and_other_fmus_from_the_command_line() {
     assert_eq!(plan.fmus[plan.components[1].fmu].path, other);
     let faults = check::plan(&bench.file, &swap("bb=other.fmu".into())).unwrap_err().to_string();
     assert!(faults.contains("--swap") && faults.contains("did you mean \"b\""), "{faults}");
+}
+
+#[test]
+fn a_packed_system_runs_to_the_same_bits() {
+    let parts =
+        [part("a", "feedthrough", &[("specification", "bed.json"), ("real.in", "2.5")]), part("b", "feedthrough", &[])];
+    let bench = Bench::new("0.1", "0.3", &parts, &[("a.real.out", "b.real.in")], ALL);
+    fs::write(bench.folder.path().join("bed.json"), "{}").unwrap();
+    bench.run(1);
+    let expected = fs::read(bench.out().join("results.csv")).unwrap();
+    let ssp = bench.folder.path().join("packed/system.ssp");
+    fs::create_dir(ssp.parent().unwrap()).unwrap();
+    let remarks = pack(&bench.file, &Default::default(), &ssp, Audience::Terramech).unwrap();
+    assert!(remarks[0].contains("specifications"), "{remarks:?}");
+    // It stands alone: what it was made of may go.
+    fs::remove_file(bench.folder.path().join("feedthrough.fmu")).unwrap();
+    fs::remove_file(bench.folder.path().join("bed.json")).unwrap();
+    let plan = check::plan(&ssp, &check::Options::default()).unwrap_or_else(|f| panic!("{f}"));
+    let options = run::Options { out: bench.out(), threads: 1, ..Default::default() };
+    let outcome = run::run(plan, &options, run::Display::quiet(), &Stop::new()).unwrap();
+    assert!(matches!(outcome.end, End::Done), "{:?}", outcome.end);
+    assert!(fs::read(bench.out().join("results.csv")).unwrap() == expected);
 }
 
 #[test]

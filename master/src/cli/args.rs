@@ -25,6 +25,8 @@ pub enum Command {
     /// Check a system or an FMU and tell every fault: files, connections, and what the units say of their parameters and
     /// specifications; simulates nothing
     Check(Check),
+    /// Put a system with its FMUs and specifications into one .ssp archive
+    Pack(Pack),
     /// Show the variables and connections of a system or an FMU
     Inspect(Inspect),
 }
@@ -102,6 +104,22 @@ pub struct Check {
     /// Also initialise the units and estimate the communication step up to which their coupling is stable
     #[arg(long, conflicts_with = "no_units")]
     pub stability: bool,
+}
+
+/// `terramech pack`.
+#[derive(Debug, clap::Args)]
+pub struct Pack {
+    /// System description: a .ssd file, a .ssp archive, or the folder of an unpacked one
+    pub system: PathBuf,
+    /// The archive
+    #[arg(long, value_name = "FILE.ssp")]
+    pub out: PathBuf,
+    /// A folder to search for FMUs with bare names; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub fmu_path: Vec<PathBuf>,
+    /// Leave out our annotations (array connections, recording), for tools that refuse what they do not know
+    #[arg(long)]
+    pub for_other_tools: bool,
 }
 
 /// `terramech inspect`.

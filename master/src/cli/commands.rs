@@ -5,10 +5,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::args::{Args, Check, Command, Inspect, Run, System};
+use super::args::{Args, Check, Command, Inspect, Pack, Run, System};
 use crate::check;
 use crate::check::plan::Plan;
 use crate::checkpoint::{self, Checkpoint, How};
+use crate::description::Audience;
 use crate::fault::Faults;
 use crate::inspect::{self, Form};
 use crate::run::{self, Checkpoints, Display, ExitCode, Options, Stop};
@@ -18,6 +19,7 @@ pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
     match args.command {
         Command::Run(args) => run(&args, words),
         Command::Check(args) => check(&args),
+        Command::Pack(args) => pack(&args),
         Command::Inspect(args) => inspect(&args),
     }
 }
@@ -197,6 +199,19 @@ fn check(args: &Check) -> ExitCode {
             }
         }
         Err(code) => code,
+    }
+}
+
+fn pack(args: &Pack) -> ExitCode {
+    let options = check::Options { fmu_path: args.fmu_path.clone(), ..check::Options::default() };
+    let audience = if args.for_other_tools { Audience::OtherTools } else { Audience::Terramech };
+    match crate::pack::pack(&args.system, &options, &args.out, audience) {
+        Ok(remarks) => {
+            remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
+            let _ = writeln!(std::io::stdout().lock(), "{}", args.out.display());
+            ExitCode::Done
+        }
+        Err(faults) => tell(&faults),
     }
 }
 

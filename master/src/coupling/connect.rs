@@ -151,7 +151,11 @@ impl Links {
     }
 
     /// The outputs of a unit have been read at a base step: continues the tracks that follow them.
+    #[inline]
     pub fn note(&mut self, unit: usize, tick: u64) {
+        if self.tracks.is_empty() {
+            return;
+        }
         for f in self.tracks.iter_mut().filter(|f| f.source == unit) {
             f.track.note(tick, self.outputs[unit].number(f.slot));
         }
@@ -220,8 +224,10 @@ impl Links {
         let span = step.span;
         if step.all_fresh && !incoming.plain.is_empty() {
             let values = &mut sets.reals.1;
-            values.clear();
-            values.extend(incoming.plain.iter().map(|&(s, at)| self.outputs[s as usize].reals.values[at as usize]));
+            values.resize(incoming.plain.len(), 0.0);
+            for (value, &(source, at)) in values.iter_mut().zip(&incoming.plain) {
+                *value = self.outputs[source as usize].reals.values[at as usize];
+            }
             if let Err(error) = instance.set_reals(&incoming.references, values) {
                 let model = plan.model(target);
                 let about = list(incoming.scalars.iter().map(|r| &*model.variables[r.variable].name));

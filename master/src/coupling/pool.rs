@@ -18,7 +18,7 @@ pub struct Member {
     pub instance: Instance,
     /// Number of `fmi2DoStep` calls.
     pub calls: u64,
-    /// Wall time inside them (s); where they are short, told by every 16th.
+    /// Wall time inside them (s); where they are short, told by every 64th.
     pub seconds: f64,
     /// Whether the last one that was timed was short.
     pub short: bool,
@@ -27,7 +27,7 @@ pub struct Member {
 /// Steps below this (s) are short: looking at the clock would cost a good part of them.
 const SHORT: f64 = 5e-6;
 /// Of short steps one in so many is timed.
-const SAMPLE: u64 = 16;
+const SAMPLE: u64 = 64;
 
 /// What a worker does with a unit.
 #[derive(Debug)]

@@ -61,7 +61,7 @@ pub struct System {
 }
 
 /// Of short exchanges one in so many is timed; as often the sharing of units is looked at again.
-const SAMPLE: u64 = 16;
+const SAMPLE: u64 = 64;
 /// An exchange below this (s) is short.
 const SHORT: f64 = 5e-6;
 
@@ -520,6 +520,7 @@ pub(super) fn drive(
 }
 
 /// Reads values of a unit and checks that they are finite.
+#[inline]
 pub(super) fn read(
     plan: &Plan,
     unit: usize,
@@ -536,6 +537,7 @@ pub(super) fn read(
 }
 
 /// The gate where values leave a unit.
+#[inline]
 pub(super) fn finite(plan: &Plan, unit: usize, outputs: &Outputs, time: f64) -> Result<(), Failure> {
     let Some((what, value)) = outputs.not_finite() else { return Ok(()) };
     let model = plan.model(unit);

@@ -3,7 +3,6 @@
 use std::collections::VecDeque;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use terramech_fmi2::types::*;
@@ -55,8 +54,7 @@ pub(super) struct Ear {
     pub unit: String,
     pub environment: Arc<dyn Environment>,
     pub pulse: Arc<Pulse>,
-    /// Number of the current call, so that a failure is explained by what was said during it.
-    call: AtomicU64,
+    /// What was said, with the number of the call it was said in, so that a failure is explained by what was said during it.
     said: Mutex<VecDeque<(u64, Cause, String)>>,
 }
 
@@ -64,24 +62,12 @@ impl Ear {
     pub fn new(unit: &str, environment: Arc<dyn Environment>) -> Box<Self> {
         let pulse = Arc::new(Pulse::new(unit));
         environment.follow(&pulse);
-        Box::new(Self {
-            unit: unit.to_owned(),
-            pulse,
-            environment,
-            call: AtomicU64::new(0),
-            said: Mutex::new(VecDeque::with_capacity(KEPT)),
-        })
-    }
-
-    /// A call begins.
-    pub fn begin(&self) {
-        // Only the thread inside the call reads it back.
-        self.call.store(self.call.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+        Box::new(Self { unit: unit.to_owned(), pulse, environment, said: Mutex::new(VecDeque::with_capacity(KEPT)) })
     }
 
     /// What was said as error or warning during the call `name`, and the cause of the last error that names one.
     pub fn said(&self, name: &str) -> (Vec<String>, Cause) {
-        let call = self.call.load(Ordering::Relaxed);
+        let call = self.pulse.last();
         let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
         let of_call = said.iter().filter(|(of, _, _)| *of == call);
         let cause = of_call.clone().map(|(_, cause, _)| *cause).rfind(|c| *c != Cause::Unknown);
@@ -98,7 +84,7 @@ impl Ear {
             if said.len() == KEPT {
                 said.pop_front();
             }
-            said.push_back((self.call.load(Ordering::Relaxed), Cause::of(category), text.to_owned()));
+            said.push_back((self.pulse.last(), Cause::of(category), text.to_owned()));
         }
         self.environment.log(line);
     }

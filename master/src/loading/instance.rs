@@ -12,7 +12,7 @@ use super::environment::{Ear, Environment, progress};
 use super::functions::Functions;
 use super::pulse::Name;
 use super::values::{Outputs, Sets};
-use super::{CallError, Cause, Library, LoadError, Status};
+use super::{CallError, Cause, Library, LoadError, Pulse, Status};
 
 /// Largest array we take (elements): beyond it the size is a fault of the unit, not a bed.
 const MOST_ELEMENTS: usize = 1 << 31;
@@ -28,6 +28,9 @@ const PENDING_PAUSE: Duration = Duration::from_micros(50);
 pub struct Instance {
     pub(super) component: NonNull<c_void>,
     pub(super) library: Arc<Library>,
+    /// The library's, one pointer nearer.
+    functions: Functions,
+    pulse: Arc<Pulse>,
     // Boxes: the unit keeps pointers to both.
     ear: Box<Ear>,
     _callbacks: Box<Fmi2CallbackFunctions>,
@@ -77,7 +80,6 @@ impl Instance {
         let resources = text("the resource location", file_uri(made.resources))?;
         let ear = Ear::new(made.name, environment);
         let callbacks = ear.callbacks();
-        ear.begin();
         ear.pulse.begin(&"fmi2Instantiate");
         // SAFETY: all texts are zero-terminated and live through the call; the callbacks and the ear they point to live in
         // boxes as long as the instance.
@@ -99,6 +101,8 @@ impl Instance {
         let mut instance = Self {
             component,
             library: Arc::clone(library),
+            functions: library.functions,
+            pulse: Arc::clone(&ear.pulse),
             ear,
             _callbacks: callbacks,
             alive: true,
@@ -122,6 +126,7 @@ impl Instance {
     }
 
     /// Whether it still takes calls.
+    #[inline]
     pub fn is_alive(&self) -> bool {
         self.alive && !self.library.is_condemned()
     }
@@ -161,6 +166,7 @@ impl Instance {
     ///
     /// # Errors
     /// [`CallError`]; a discarded step tells in `said` how far it came.
+    #[inline]
     pub fn step(&mut self, time: f64, size: f64) -> Result<Stepped, CallError> {
         let get_status = self.library.functions.get_status;
         let no_way_back = c_int::from(self.kept.is_null());
@@ -213,6 +219,7 @@ impl Instance {
     ///
     /// # Errors
     /// [`CallError`].
+    #[inline]
     pub fn read(&mut self, outputs: &mut Outputs) -> Result<(), CallError> {
         let o = outputs;
         macro_rules! scalars {
@@ -323,6 +330,7 @@ impl Instance {
     ///
     /// # Errors
     /// [`CallError`].
+    #[inline]
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         let n = references.len().min(values.len());
         if n == 0 {
@@ -383,10 +391,9 @@ impl Instance {
         if !self.is_alive() {
             return Err(self.refused(name, Status::NotCalled, String::new()));
         }
-        self.ear.begin();
-        self.ear.pulse.begin(name);
-        let code = f(&self.library.functions, self.component.as_ptr());
-        self.ear.pulse.end();
+        self.pulse.begin(name);
+        let code = f(&self.functions, self.component.as_ptr());
+        self.pulse.end();
         if code == FMI2_OK { Ok(()) } else { self.judge(name, code) }
     }
 

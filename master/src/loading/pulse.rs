@@ -39,6 +39,11 @@ impl Pulse {
         self.step();
     }
 
+    /// Number of the call under way, or else of the last one.
+    pub(super) fn last(&self) -> u64 {
+        self.count.load(Ordering::Relaxed).div_ceil(2)
+    }
+
     fn step(&self) {
         self.count.store(self.count.load(Ordering::Relaxed).wrapping_add(1), Ordering::Release);
     }

@@ -147,6 +147,7 @@ impl Outputs {
     }
 
     /// The first value that is not finite: the variable or array element, and the value.
+    #[inline]
     pub fn not_finite(&self) -> Option<(NotFinite, f64)> {
         // Not finite = all bits of the exponent set. Without branches and without sums that wait for each other.
         const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
