@@ -13,8 +13,9 @@ use terramech_mechanics::sparse::Precision;
 
 const PRESSURES: [f64; 3] = [1e5, 1.5e5, 2e5];
 const DEFLECTIONS: [f64; 6] = [0.005, 0.01, 0.015, 0.02, 0.03, 0.04];
-/// Deflection of the footprint, m.
+/// Deflection of the footprint, and of the strains (about 5 kN), m.
 const SHOWN: f64 = 0.03;
+const STRAINED: f64 = 0.015;
 /// Fitted curve of the same tire size (Project Chrono, HMMWV_FialaTire.json, BSD-3-Clause), m and N; its pressure is not given.
 const FITTED: [(f64, f64); 9] = [
     (0.0, 0.0),
@@ -40,6 +41,13 @@ struct Pressed {
     deflection: f64,
     force: f64,
     spots: Vec<Spot>,
+    patches: Vec<Patch>,
+}
+
+/// An element: its corners, m, and its circumferential strain.
+struct Patch {
+    corners: [[f64; 3]; 4],
+    strain: f64,
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -81,6 +89,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     std::fs::write(folder.join("footprint.csv"), csv)?;
     std::fs::write(folder.join("picture.svg"), picture(&curves, spots))?;
+    if let Some(p) = curves[2].1.iter().find(|p| p.deflection == STRAINED) {
+        std::fs::write(folder.join("strain.svg"), strain_picture(p))?;
+    }
     println!("pictures and tables in {}", folder.display());
     Ok(())
 }
@@ -108,7 +119,16 @@ fn press(spec: &FlexibleTire) -> Result<Vec<Pressed>, Box<dyn std::error::Error>
                     Spot { x: q[6 * n], y: q[6 * n + 1], size: [around, area / around], pressure: f[2] / area }
                 })
                 .collect();
-            Ok(Pressed { deflection, force: tire.plane_forces().iter().map(|f| f.1[2]).sum(), spots })
+            let corners = |nodes: [u32; 4]| nodes.map(|n| std::array::from_fn(|k| q[6 * n as usize + k]));
+            let patches = tire
+                .mesh
+                .mesh
+                .shells()
+                .iter()
+                .zip(tire.strains())
+                .map(|(shell, strain)| Patch { corners: corners(shell.nodes), strain: strain[0] })
+                .collect();
+            Ok(Pressed { deflection, force: tire.plane_forces().iter().map(|f| f.1[2]).sum(), spots, patches })
         })
         .collect()
 }
@@ -189,6 +209,51 @@ fn picture(curves: &[(f64, Vec<Pressed>)], spots: &[Spot]) -> String {
         1e3 * length,
         1e3 * width,
         1e-3 * highest
+    );
+    s
+}
+
+/// The tire from ahead and below, elements coloured by circumferential strain: blue shorter, red longer.
+fn strain_picture(pressed: &Pressed) -> String {
+    // Rows: to the right, up, towards the eye.
+    let eye = nalgebra::Rotation3::from_euler_angles(0.0, 0.35, -0.75);
+    let seen = |c: &[f64; 3]| eye * nalgebra::Vector3::new(c[0], c[1], c[2]);
+    let most = pressed.patches.iter().map(|p| p.strain.abs()).fold(1e-9, f64::max);
+    let mut faces: Vec<(f64, String)> = pressed
+        .patches
+        .iter()
+        .map(|p| {
+            let points = p.corners.map(|c| seen(&c));
+            let depth = points.iter().map(|v| v.x).sum::<f64>();
+            let path: Vec<String> =
+                points.iter().map(|v| format!("{:.1},{:.1}", 300.0 + 500.0 * v.y, 290.0 - 500.0 * v.z)).collect();
+            let t = p.strain / most;
+            let (r, b) = (if t < 0.0 { 1.0 + t } else { 1.0 }, if t > 0.0 { 1.0 - t } else { 1.0 });
+            let colour = format!("rgb({:.0},{:.0},{:.0})", 255.0 * r, 255.0 * (1.0 - t.abs()), 255.0 * b);
+            (
+                depth,
+                format!(
+                    "<polygon points=\"{}\" fill=\"{colour}\" stroke=\"#888\" stroke-width=\"0.3\"/>",
+                    path.join(" ")
+                ),
+            )
+        })
+        .collect();
+    faces.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut s = String::from(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"600\" height=\"580\" font-family=\"sans-serif\" font-size=\"13\"><rect width=\"600\" height=\"580\" fill=\"white\"/>\n",
+    );
+    for (_, face) in faces {
+        s += &face;
+        s.push('\n');
+    }
+    let _ = write!(
+        s,
+        "<text x=\"300\" y=\"22\" text-anchor=\"middle\">circumferential strain at {:.0} mm, {:.0} N, 200 kPa: blue -{:.2} %, white 0, red {:.2} %</text></svg>\n",
+        1e3 * pressed.deflection,
+        pressed.force,
+        100.0 * most,
+        100.0 * most
     );
     s
 }

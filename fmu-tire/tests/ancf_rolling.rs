@@ -8,6 +8,7 @@ use fmu_tire::ancf::AncfError;
 use fmu_tire::ancf::plane::Plane;
 use fmu_tire::ancf::spec::{FlexibleTire, HMMWV_LAYERED, HMMWV_LUMPED, parse};
 use fmu_tire::ancf::statics::StaticOptions;
+use fmu_tire::ancf::team::Team;
 use fmu_tire::ancf::tire::Tire;
 use nalgebra::{UnitQuaternion, Vector3};
 use terramech_mechanics::RigidState;
@@ -228,4 +229,24 @@ fn inverted_element_and_failing_newton_are_told() {
     println!("{error}");
     let AncfError::Newton { step, tolerance, .. } = error else { panic!("{error}") };
     assert!(step < 4e-5 / 32.0 && tolerance < 1e-29, "{step}");
+}
+
+/// The same bits on one thread and on three.
+#[test]
+fn threads_change_no_bit() {
+    let spec = coarse(HMMWV_LAYERED, 40, [1, 2, 3]);
+    let run = |threads: usize| {
+        let mut tire = Tire::new(&spec, Precision::Single).unwrap();
+        tire.set_team(&Team::new(threads).unwrap());
+        tire.state.plane = Some(Plane::horizontal(-reach(&tire)));
+        let omega = 3.0 / 0.47;
+        tire.place(&wheel(0.0, 0.0, 3.0, -0.5, 0.0, omega));
+        for k in 0..60 {
+            let t = f64::from(k) * 4e-5;
+            tire.step(&wheel(3.0 * t, -0.5 * t, 3.0, -0.5, omega * t, omega), 4e-5, &[]).unwrap();
+        }
+        assert!(!tire.plane_forces().is_empty());
+        tire.state.shell.q
+    };
+    assert!(run(1) == run(3));
 }

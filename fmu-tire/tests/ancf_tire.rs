@@ -183,7 +183,7 @@ fn load_deflection(spec: &FlexibleTire, deflections: &[f64]) -> Vec<(f64, f64)> 
         .iter()
         .map_while(|d| {
             let options =
-                StaticOptions { first: 0.25, largest: 0.5, tolerance: 1e-7, descent: 400, ..Default::default() };
+                StaticOptions { first: 0.25, largest: 0.5, tolerance: 1e-7, descent: 100, least: 1e-2, ..Default::default() };
             // The belt of a coarse layered tire snaps through on the way and may not settle: what was reached is reported.
             let cost = tire.press(-free + d, &options).inspect_err(|e| println!("{d} m: {e}")).ok()?;
             let forces = tire.plane_forces();
