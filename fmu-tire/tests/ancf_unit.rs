@@ -1,5 +1,8 @@
 //! The unit `tire_ancf`: case 9.3 (free fall, spin-up in the air), its own plane, faults, exact states.
 
+mod ancf_support;
+
+use ancf_support::report;
 use fmu_tire::ancf::spec::{FlexibleTire, HMMWV_LAYERED, HMMWV_LUMPED};
 use terramech_fmi2::instance::Instance;
 
@@ -76,6 +79,14 @@ fn free_fall_feels_no_wrench() {
                 "{name}, H {h}: largest wrench {worst:.3} N (first half {first:.2} N) of {:.1} N weight, fell to v = {v:.5}",
                 9.81 * mass
             );
+            report(
+                "9.3 free fall",
+                &format!("{name}, H {h} s: largest wrench after the start, over the weight"),
+                "1",
+                0.0,
+                worst / (9.81 * mass),
+                0.005,
+            );
             assert!(worst < 0.005 * 9.81 * mass && first < 0.2 * 9.81 * mass, "{name} {h}: {worst}, first {first}");
             assert!((v + 9.81 * h * f64::from(steps)).abs() < 0.005 * 9.81 * h * f64::from(steps), "{v}");
         }
@@ -99,6 +110,14 @@ fn spin_up_in_the_air() {
             }
             let expected = 50.0 / inertia * h * f64::from(steps);
             println!("{name}, H {h}: omega {omega:.4} expected {expected:.4} rad/s, last moment {last:.3} N m");
+            report(
+                "9.3 spin-up",
+                &format!("{name}, H {h} s: angular speed"),
+                "rad/s",
+                expected,
+                omega,
+                0.02 * expected,
+            );
             assert!((omega - expected).abs() < 0.02 * expected, "{name} {h}: {omega} against {expected}");
         }
     }
