@@ -127,7 +127,7 @@ fn settled(n: usize, beds: Option<&Path>) -> Outcome<Vec<Grain>> {
     let radii = Radii::Equal(RADIUS);
     let sample = Sample { length, width, fill, radii, density: DENSITY, material: 0, seed: 1, spacing: 1.02 };
     let settle = Settle { energy: 1e-3, least_time: 0.1, most_time: 2.0 };
-    let recipe = Recipe { sample, settle, cohesion_time: 0.0 };
+    let recipe = Recipe::new(sample, settle, 0.0);
     let (engine, _) = prepare(setup(n), &recipe, 2, &mut |what, done| {
         eprint!("\r{n} grains: {what} {:3.0} % ", 100.0 * done);
         true

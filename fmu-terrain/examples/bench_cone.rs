@@ -39,7 +39,7 @@ fn main() {
         seed: 1,
         spacing: 1.1,
     };
-    let recipe = Recipe { sample, settle: Settle { most_time: 20.0, ..Settle::default() }, cohesion_time: 0.0 };
+    let recipe = Recipe::new(sample, Settle { most_time: 20.0, ..Settle::default() }, 0.0);
     let (bed, report) = prepare(setup.clone(), &recipe, threads, &mut |_, _| true).expect("the bed settles");
     println!("{report:?}");
     let height = |rows: &[fmu_terrain::dem::grains::Row]| rows.iter().map(|r| r[2]).sum::<f64>() / rows.len() as f64;

@@ -1,7 +1,7 @@
 //! Terrain units: granular soil by the discrete element method.
 //!
 //! [`dem`] is the granular engine, without FMI; [`mesh`] finds where grains touch triangle meshes; [`config`] and
-//! [`variables`] are common to all terrains; [`dem_p`] is the model `terrain_dem_p`, [`rigid`] the model `terrain_rigid`.
+//! [`variables`] are common to all terrains; [`soil`] holds virtual soil tests; [`dem_p`] is the model `terrain_dem_p`, [`rigid`] the model `terrain_rigid`.
 //!
 //! ```
 //! use terramech_fmi2::instance::Instance;
@@ -24,6 +24,7 @@ pub mod dem_p;
 pub mod error;
 pub mod mesh;
 pub mod rigid;
+pub mod soil;
 pub mod soil_engine;
 pub mod variables;
 

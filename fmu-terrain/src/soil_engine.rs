@@ -78,8 +78,7 @@ impl SoilEngine for CpuEngine {
 
     fn longest_step(spec: &Terrain, surfaces: &[[f64; 4]]) -> Result<f64, DemError> {
         let setup = spec.setup(surfaces);
-        let (least, _) = spec.radii().range();
-        limits::check(&setup, &[Grain::at([0.0; 3], least, spec.soil.density)])?;
+        limits::check(&setup, &spec.lightest())?;
         Ok(setup.step)
     }
 

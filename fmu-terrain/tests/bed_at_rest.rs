@@ -42,13 +42,8 @@ fn bed(pressure: f64, [length, width]: [f64; 2], calm: f64) -> (CpuEngine, BedRe
         seed: 2,
         spacing: 1.05,
     };
-    prepare(
-        setup,
-        &Recipe { sample, settle: Settle { energy: calm, ..Settle::default() }, cohesion_time: 0.2 },
-        1,
-        &mut |_, _| true,
-    )
-    .unwrap()
+    prepare(setup, &Recipe::new(sample, Settle { energy: calm, ..Settle::default() }, 0.2), 1, &mut |_, _| true)
+        .unwrap()
 }
 
 /// Vertical force carried across the horizontal plane at `z` by contacts between grains, the floor aside.

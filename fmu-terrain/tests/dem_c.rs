@@ -193,7 +193,7 @@ fn a_restored_state_goes_on_bit_for_bit() {
 #[test]
 fn the_settled_bed_of_dem_p_starts_dem_c() {
     let (setup, _, s) = sand(500);
-    let recipe = Recipe { sample: s, settle: Settle::default(), cohesion_time: 0.1 };
+    let recipe = Recipe::new(s.clone(), Settle::default(), 0.1);
     let soft = Setup { step: 4e-5, ..setup.clone() };
     let (bed, _) = prepare(soft, &recipe, 1, &mut |_, _| true).unwrap();
     let height = |rows: &[fmu_terrain::dem::grains::Row]| rows.iter().map(|r| r[2]).sum::<f64>() / rows.len() as f64;

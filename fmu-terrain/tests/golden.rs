@@ -61,7 +61,7 @@ fn engine(bed: &Bed, isa: Isa, threads: usize) -> CpuEngine {
         walls: Wall::open_box(length, width, 0, 0),
         ..Setup::default()
     };
-    let (fill, radii) = (Fill::Count(1500), bed.radii);
+    let (fill, radii) = (Fill::Count(1500), bed.radii.clone());
     let grains =
         sample(&Sample { length, width, fill, radii, density: 2500.0, material: 0, seed: 7, spacing: 1.0 }).unwrap();
     let mut engine = CpuEngine::new(setup, &grains, threads).unwrap();

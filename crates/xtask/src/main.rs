@@ -1,9 +1,10 @@
-//! Everything a newcomer or CI runs: `cargo xtask demo|test|pack|systems|validate|bench`.
+//! Everything a newcomer or CI runs: `cargo xtask demo|test|pack|systems|soil|validate|bench`.
 
 mod bench;
 mod demo;
 mod pack;
 mod process;
+mod soil;
 mod systems;
 mod test;
 mod validate;
@@ -39,6 +40,12 @@ enum Task {
         /// Part to run (default: all).
         name: Option<String>,
     },
+    /// Virtual soil tests on a specification: density, angle of repose, direct shear, plate sinkage; with plots.
+    Soil {
+        /// Specification, then `--out DIR`, `--threads N`, `--seed S`.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        args: Vec<String>,
+    },
     /// Measure; prints a table.
     Bench {
         /// Benchmark to run.
@@ -56,6 +63,7 @@ fn main() -> ExitCode {
         Task::Pack => pack::pack().map(|_| ()),
         Task::Systems => systems::systems(),
         Task::Validate { name } => validate::validate(name.as_deref()),
+        Task::Soil { args } => soil::soil(&args),
         Task::Bench { name, json } => bench::bench(&name, json.as_deref()),
     };
     match result {

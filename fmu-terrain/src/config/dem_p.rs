@@ -1,7 +1,7 @@
 //! The block `dem_p`, and what the granular engine makes of a specification.
 
 use super::pairs::PairValues;
-use super::{BODIES, Fill, Radius, Soil, Surface, Terrain};
+use super::{BODIES, CompactionOf, Fill, PlacingOf, Soil, SpeciesOf, Surface, Terrain};
 use crate::dem::{self, Coefficients, Material, Recipe, Sample, Setup, Wall};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -192,7 +192,8 @@ impl Terrain {
             *m = material(&surface, c);
         }
         materials.extend(self.obstacles.iter().map(|o| material(&o.surface, c)));
-        let (least, _) = self.radii().range();
+        materials.extend(self.soil.species.iter().map(|s| material(&s.surface, c)));
+        let (least, _) = self.soil.range();
         let mut setup = Setup {
             step: p.step.unwrap_or(0.0),
             gravity: self.bed.gravity,
@@ -223,18 +224,30 @@ impl Terrain {
             step_factor: p.step_factor,
         };
         if p.step.is_none() {
-            let lightest = dem::Grain::at([0.0; 3], least, s.density).row();
-            setup.step = 0.8 * dem::limits::critical(&setup, &[lightest]).map_or(1e-5, |c| c.step);
+            let lightest: Vec<_> = self.lightest().iter().map(dem::Grain::row).collect();
+            setup.step = 0.8 * dem::limits::critical(&setup, &lightest).map_or(1e-5, |c| c.step);
         }
         setup
     }
 
+    /// The lightest grain of each species: what the critical step follows from.
+    pub fn lightest(&self) -> Vec<dem::Grain> {
+        let own = dem::Grain::at([0.0; 3], self.soil.radius.range().0, self.soil.density);
+        let others = self.soil.species.iter().enumerate().map(|(k, s)| dem::Grain {
+            material: FIRST_OBSTACLE + self.obstacles.len() + k,
+            ..dem::Grain::at([0.0; 3], s.radius.range().0, s.density)
+        });
+        std::iter::once(own).chain(others).collect()
+    }
+
+    fn species(&self, k: usize, s: &SpeciesOf) -> dem::Species {
+        let material = FIRST_OBSTACLE + self.obstacles.len() + k;
+        dem::Species { share: s.share, radii: s.radius.radii(), density: s.density, material }
+    }
+
     /// Radii for the sampler.
     pub fn radii(&self) -> dem::Radii {
-        match self.soil.radius {
-            Radius::Equal(r) => dem::Radii::Equal(r),
-            Radius::Uniform { least, greatest } => dem::Radii::Uniform(least, greatest),
-        }
+        self.soil.radius.radii()
     }
 
     /// How the bed is made.
@@ -260,12 +273,28 @@ impl Terrain {
                 most_time: b.settle.most_time,
             },
             cohesion_time: b.adhesion_time,
+            placing: match b.placing {
+                PlacingOf::Grid => dem::Placing::Grid,
+                PlacingOf::Hcp => dem::Placing::Hcp,
+                PlacingOf::PoissonDisk => dem::Placing::PoissonDisk,
+            },
+            others: self.soil.species.iter().enumerate().map(|(k, s)| self.species(k, s)).collect(),
+            compaction: b.compaction.iter().map(compaction).collect(),
         }
     }
 }
 
 pub(super) fn adhesion(a: super::Adhesion) -> dem::Adhesion {
     dem::Adhesion { constant: a.constant, dmt: a.dmt, perko: a.perko, pressure: a.pressure }
+}
+
+fn compaction(c: &CompactionOf) -> dem::Compaction {
+    match *c {
+        CompactionOf::Vibrate { amplitude, frequency, time, sideways } => {
+            dem::Compaction::Vibrate { amplitude, frequency, time, sideways }
+        }
+        CompactionOf::Press { pressure, time } => dem::Compaction::Press { pressure, time },
+    }
 }
 
 fn material(s: &Surface, coefficients: Coefficients) -> Material {

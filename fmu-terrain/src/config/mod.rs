@@ -75,6 +75,9 @@ pub struct Soil {
     pub spinning_friction: f64,
     /// What pulls grains together.
     pub adhesion: Adhesion,
+    /// Grains of other kinds, mixed in; their shares are of the number of grains.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub species: Vec<SpeciesOf>,
 }
 
 impl Default for Soil {
@@ -89,12 +92,13 @@ impl Default for Soil {
             rolling_friction: 0.1,
             spinning_friction: 0.05,
             adhesion: Adhesion::default(),
+            species: Vec::new(),
         }
     }
 }
 
 /// Radii of the grains.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Radius {
     /// All the same (m).
@@ -105,6 +109,130 @@ pub enum Radius {
         least: f64,
         /// Greatest (m).
         greatest: f64,
+    },
+    /// Normally distributed, cut off on both sides.
+    Normal {
+        /// Mean (m).
+        mean: f64,
+        /// Standard deviation (m).
+        deviation: f64,
+        /// Least (m).
+        least: f64,
+        /// Greatest (m).
+        greatest: f64,
+    },
+    /// A list of radii with their shares of the number of grains.
+    List(Vec<Sieved>),
+}
+
+/// A radius of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sieved {
+    /// Radius (m).
+    pub radius: f64,
+    /// Share of the number of grains; shares need not sum to 1.
+    pub share: f64,
+}
+
+impl Radius {
+    /// Least and greatest (m).
+    pub fn range(&self) -> (f64, f64) {
+        self.radii().range()
+    }
+
+    /// For the sampler.
+    pub fn radii(&self) -> crate::dem::Radii {
+        use crate::dem::Radii;
+        match self {
+            Self::Equal(r) => Radii::Equal(*r),
+            Self::Uniform { least, greatest } => Radii::Uniform(*least, *greatest),
+            Self::Normal { mean, deviation, least, greatest } => {
+                Radii::Normal { mean: *mean, deviation: *deviation, least: *least, greatest: *greatest }
+            }
+            Self::List(list) => Radii::List(list.iter().map(|s| (s.radius, s.share)).collect()),
+        }
+    }
+
+    fn check(&self, f: &mut Faults, path: &str) {
+        let (least, greatest) = self.range();
+        f.positive(path, least);
+        f.check(
+            greatest.is_finite() && greatest >= least && greatest <= 20.0 * least,
+            &format!("{path}, the greatest"),
+            greatest,
+            "from the least radius to 20 times that",
+        );
+        match self {
+            Self::Normal { mean, deviation, .. } => {
+                f.check(
+                    *mean >= least && *mean <= greatest,
+                    &format!("{path}.normal.mean"),
+                    mean,
+                    "from least to greatest",
+                );
+                f.not_negative(&format!("{path}.normal.deviation"), *deviation);
+            }
+            Self::List(list) => {
+                f.check(!list.is_empty(), &format!("{path}.list"), "empty", "at least one radius");
+                list.iter().for_each(|s| f.not_negative(&format!("{path}.list.share"), s.share));
+                f.check(list.iter().any(|s| s.share > 0.0), &format!("{path}.list.share"), 0, "some above 0");
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Grains of another kind, mixed in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpeciesOf {
+    /// Share of the number of grains (1); what all species leave is the soil's own.
+    pub share: f64,
+    /// Radii of the grains.
+    pub radius: Radius,
+    /// Density of a grain (kg/m3).
+    pub density: f64,
+    /// Contact properties.
+    #[serde(default)]
+    pub surface: Surface,
+}
+
+/// How grains are placed before they fall.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlacingOf {
+    /// One in each cell of a grid, at random within it.
+    #[default]
+    Grid,
+    /// Hexagonal closest packing.
+    Hcp,
+    /// At random with a least distance.
+    PoissonDisk,
+}
+
+/// What is done to the settled bed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum CompactionOf {
+    /// The box is shaken.
+    Vibrate {
+        /// Amplitude (m).
+        amplitude: f64,
+        /// Frequency (Hz).
+        frequency: f64,
+        /// How long (s).
+        time: f64,
+        /// Along x instead of up and down.
+        #[serde(default)]
+        sideways: bool,
+    },
+    /// A plate presses on the whole surface.
+    Press {
+        /// Pressure (Pa).
+        pressure: f64,
+        /// How long (s).
+        time: f64,
     },
 }
 
@@ -137,6 +265,11 @@ pub struct Bed {
     /// Spacing of the grid that grains are poured from, over the largest diameter, 1 to 10 (1). Larger: more random, longer
     /// to settle.
     pub spacing: f64,
+    /// How grains are placed before they fall.
+    pub placing: PlacingOf,
+    /// What is done to the settled bed, one after the other; it settles again after each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub compaction: Vec<CompactionOf>,
     /// Gravity x, y, z (m/s2).
     pub gravity: [f64; 3],
     /// Surface of the four side walls; null: as the soil, without adhesion.
@@ -158,6 +291,8 @@ impl Default for Bed {
             fill: Fill::Depth(0.06),
             seed: 1,
             spacing: 1.05,
+            placing: PlacingOf::Grid,
+            compaction: Vec::new(),
             gravity: [0.0, 0.0, -9.81],
             walls: None,
             floor: None,
@@ -266,18 +401,24 @@ impl Terrain {
 }
 
 impl Soil {
+    /// Least and greatest radius of all grains (m).
+    pub fn range(&self) -> (f64, f64) {
+        let others = self.species.iter().map(|s| s.radius.range());
+        others.fold(self.radius.range(), |(a, b), (c, d)| (a.min(c), b.max(d)))
+    }
+
     fn check(&self, f: &mut Faults) {
-        let (least, greatest) = match self.radius {
-            Radius::Equal(r) => (r, r),
-            Radius::Uniform { least, greatest } => (least, greatest),
-        };
-        f.positive("soil.radius", least);
-        f.check(
-            greatest.is_finite() && greatest >= least && greatest <= 20.0 * least,
-            "soil.radius.uniform.greatest",
-            greatest,
-            "from the least radius to 20 times that",
-        );
+        self.radius.check(f, "soil.radius");
+        let mut shares = 0.0;
+        for (k, s) in self.species.iter().enumerate() {
+            let at = format!("soil.species[{k}]");
+            s.radius.check(f, &format!("{at}.radius"));
+            f.positive(&format!("{at}.density"), s.density);
+            f.within(&format!("{at}.share"), s.share, 0.0, 1.0);
+            s.surface.check(f, &format!("{at}.surface"));
+            shares += s.share;
+        }
+        f.check(shares <= 1.0, "soil.species, sum of shares", shares, "at most 1");
         f.positive("soil.density", self.density);
         let s = Surface {
             friction: self.friction,
@@ -315,9 +456,7 @@ impl Surface {
 
 impl Bed {
     fn check(&self, f: &mut Faults, soil: &Soil) {
-        let greatest = match soil.radius {
-            Radius::Equal(r) | Radius::Uniform { greatest: r, .. } => r,
-        };
+        let (least, greatest) = soil.range();
         for (path, x) in [("bed.length", self.length), ("bed.width", self.width)] {
             let allowed = format!("a finite number of at least two diameters, {} m", 4.0 * greatest);
             f.check(x.is_finite() && x >= 4.0 * greatest, path, x, &allowed);
@@ -326,9 +465,6 @@ impl Bed {
             Fill::Depth(d) => {
                 f.positive("bed.fill.depth", d);
                 // Told here: placing them would run out of memory, which ends the whole process.
-                let least = match soil.radius {
-                    Radius::Equal(r) | Radius::Uniform { least: r, .. } => r,
-                };
                 let r = 0.5 * (least + greatest);
                 let grains = 0.6 * self.length * self.width * d / (4.0 / 3.0 * std::f64::consts::PI * r.powi(3));
                 f.check(
@@ -343,6 +479,20 @@ impl Bed {
             }
         }
         f.within("bed.spacing", self.spacing, 1.0, 10.0);
+        for (k, what) in self.compaction.iter().enumerate() {
+            let at = |name: &str| format!("bed.compaction[{k}].{name}");
+            match what {
+                CompactionOf::Vibrate { amplitude, frequency, time, .. } => {
+                    f.positive(&at("vibrate.amplitude"), *amplitude);
+                    f.positive(&at("vibrate.frequency"), *frequency);
+                    f.within(&at("vibrate.time"), *time, 0.0, 60.0);
+                }
+                CompactionOf::Press { pressure, time } => {
+                    f.positive(&at("press.pressure"), *pressure);
+                    f.within(&at("press.time"), *time, 0.0, 60.0);
+                }
+            }
+        }
         let g = self.gravity;
         f.check(g.iter().all(|x| x.is_finite()) && g[2] < 0.0, "bed.gravity", format!("{g:?}"), "finite, z below 0");
         for (path, s) in [("bed.walls", &self.walls), ("bed.floor", &self.floor)] {

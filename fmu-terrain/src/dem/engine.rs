@@ -100,6 +100,8 @@ pub trait GrainEngine: Send {
     fn restore(&mut self, state: DemState);
     /// Sets the factor on all adhesion, 0 to 1.
     fn scale_adhesion(&mut self, factor: f64);
+    /// Changes gravity (m/s2): to shake a bed as seen from its box.
+    fn set_gravity(&mut self, gravity: Vec3);
     /// Shows every contact at the present instant to `observer`, in canonical order, and changes nothing. Forces are
     /// those of the present positions with the histories as they are.
     fn observe(&self, bodies: &[Body], observer: &mut dyn FnMut(usize, Partner, &Touched));
@@ -306,6 +308,10 @@ impl GrainEngine for CpuEngine {
 
     fn scale_adhesion(&mut self, factor: f64) {
         self.state.adhesion_scale = factor;
+    }
+
+    fn set_gravity(&mut self, gravity: Vec3) {
+        self.setup.gravity = gravity;
     }
 
     fn observe(&self, bodies: &[Body], observer: &mut dyn FnMut(usize, Partner, &Touched)) {

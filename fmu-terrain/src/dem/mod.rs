@@ -23,7 +23,7 @@
 //! | [`obstacle`] | rigid bodies that are free to move |
 //! | [`engine`], `step.rs`, [`team`], [`limits`] | setup, the step, threads, the critical step |
 //! | [`diagnostics`], `energy.rs` | looking at contacts, energies |
-//! | [`sample`](mod@sample), [`settle`](mod@settle), [`surface`] | making a bed and measuring it |
+//! | [`sample`](mod@sample), [`place`], [`settle`](mod@settle), [`compact`], [`surface`] | making a bed and measuring it |
 //!
 //! **Invariants.** The order of grains, the lists, the number of slabs and every sum follow from the state alone: the
 //! same bits for any number of threads. The state is plain data, saved whole; engines and scratch memory hold
@@ -31,6 +31,7 @@
 
 pub mod batch;
 pub mod body;
+pub mod compact;
 pub mod contact;
 pub mod cylinder;
 pub mod diagnostics;
@@ -44,6 +45,7 @@ pub mod law;
 pub mod limits;
 pub mod material;
 pub mod obstacle;
+pub mod place;
 pub mod rebuild;
 pub mod rng;
 pub mod sample;
@@ -56,6 +58,7 @@ pub mod vec3;
 pub mod wall;
 
 pub use body::{Body, BodyTouch, Shape};
+pub use compact::Compaction;
 pub use cylinder::Cylinder;
 pub use engine::{CpuEngine, GrainEngine, Setup};
 pub use error::DemError;
@@ -63,7 +66,8 @@ pub use grains::{DemState, Grain};
 pub use law::{Form, LawKind, Tangential};
 pub use material::{Adhesion, Coefficients, Material, PairOverride};
 pub use obstacle::{FreeBody, FreeState, MassOf, Solid};
-pub use sample::{Fill, Radii, Sample, sample};
+pub use place::Placing;
+pub use sample::{Fill, Radii, Sample, Species, sample, sample_mixed};
 pub use settle::{BedReport, Recipe, Settle, Settled, prepare, prepare_with, settle};
 pub use surface::Surface;
 pub use wall::Wall;

@@ -4,11 +4,13 @@
 //! out, because spheres without rolling resistance that are caged between others without being pressed may roll to
 //! and fro for ever, and do not matter.
 
+use super::compact::{Compaction, compact};
 use super::engine::{CpuEngine, GrainEngine, Setup};
 use super::error::DemError;
 use super::grains::{DemState, Grain, INV_M, R, W, kinetic_energy, vec_at};
 use super::material::PairTable;
-use super::sample::{Fill, Sample, sample};
+use super::place::Placing;
+use super::sample::{Fill, Sample, Species, sample_mixed};
 use super::surface::Surface;
 use serde::{Deserialize, Serialize};
 
@@ -94,8 +96,8 @@ pub fn calm_energy(state: &DemState) -> f64 {
     energy[..kept].iter().sum::<f64>() / kept.max(1) as f64
 }
 
-/// A bed to be made: place, settle, level, let cohesion grow, settle again.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A bed to be made: place, settle, level, compact, let cohesion grow, settle again.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Recipe {
     /// What to place.
     pub sample: Sample,
@@ -103,6 +105,20 @@ pub struct Recipe {
     pub settle: Settle,
     /// Time over which cohesion grows once the bed rests (s); poured with it, grains would hang in loose clumps.
     pub cohesion_time: f64,
+    /// How it is placed.
+    pub placing: Placing,
+    /// Other species mixed in.
+    pub others: Vec<Species>,
+    /// What is done to the settled bed, one after the other.
+    pub compaction: Vec<Compaction>,
+}
+
+impl Recipe {
+    /// On a grid, of one species, as it settles.
+    pub fn new(sample: Sample, settle: Settle, cohesion_time: f64) -> Self {
+        let placing = Placing::default();
+        Self { sample, settle, cohesion_time, placing, others: Vec::new(), compaction: Vec::new() }
+    }
 }
 
 /// How a bed came out.
@@ -123,7 +139,7 @@ pub struct BedReport {
 /// Makes a bed in an open box of the sample's length and width.
 ///
 /// # Errors
-/// As [`sample`], [`CpuEngine::new`] and [`settle`].
+/// As [`sample_mixed`], [`CpuEngine::new`], [`compact`] and [`settle()`].
 pub fn prepare(
     setup: Setup,
     recipe: &Recipe,
@@ -145,7 +161,7 @@ pub fn prepare_with<E: GrainEngine>(
     progress: Progress,
 ) -> Result<(E, BedReport), DemError> {
     let s = &recipe.sample;
-    let grains = sample(s)?;
+    let grains = sample_mixed(s, recipe.placing, &recipe.others)?;
     let mut engine = new(&grains)?;
     engine.scale_adhesion(0.0);
     let mut done = settle(&mut engine, &recipe.settle, "settling", progress)?;
@@ -158,6 +174,11 @@ pub fn prepare_with<E: GrainEngine>(
             done = settle(&mut engine, &recipe.settle, "settling the levelled bed", progress)?;
             time += done.time;
         }
+    }
+    for what in &recipe.compaction {
+        compact(&mut engine, what, [s.length, s.width], progress)?;
+        done = settle(&mut engine, &recipe.settle, "settling the compacted bed", progress)?;
+        time += done.time;
     }
     let height = Surface::of(engine.state(), s.length, s.width).mean();
     let mut cohesion_change = 0.0;

@@ -442,6 +442,10 @@ impl GrainEngine for ConeEngine {
         self.state.stale = true;
     }
 
+    fn set_gravity(&mut self, gravity: Vec3) {
+        self.setup.gravity = gravity;
+    }
+
     fn scale_adhesion(&mut self, factor: f64) {
         self.state.adhesion_scale = factor;
     }

@@ -45,7 +45,8 @@ pub fn write(path: &str, bed: &BedFile) -> Result<(), UnitError> {
 /// As [`write()`].
 pub fn check_writable(path: &str) -> Result<(), UnitError> {
     let path = absolute("bed_save", path)?;
-    let fault = |e: std::io::Error| UnitError::input(format!("bed_save {}: cannot be written: {e}", path.display()));
+    let fault =
+        |e: std::io::Error| UnitError::environment(format!("bed_save {}: cannot be written: {e}", path.display()));
     if path.is_dir() {
         return Err(fault(std::io::ErrorKind::IsADirectory.into()));
     }

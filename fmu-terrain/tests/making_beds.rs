@@ -1,0 +1,58 @@
+//! Beds of a specification: distributions, species, ways of placing, compaction.
+
+use fmu_terrain::config::Terrain;
+use fmu_terrain::dem::{CpuEngine, GrainEngine, Surface, prepare};
+
+fn bed(text: &str) -> (CpuEngine, f64) {
+    let spec: Terrain = serde_json::from_str(text).unwrap();
+    spec.check("test").unwrap();
+    let mut setup = spec.setup(&[]);
+    setup.expected_overlap = 0.1;
+    let (engine, report) = prepare(setup, &spec.recipe(), 1, &mut |_, _| true).unwrap();
+    (engine, report.height)
+}
+
+const BOX: &str = r#""length": 0.12, "width": 0.1, "fill": {"count": 700}"#;
+
+#[test]
+fn shaking_and_pressing_make_a_bed_denser() {
+    let soil = r#""soil": {"radius": {"equal": 0.005}, "friction": 0.5, "rolling_friction": 0.1}"#;
+    let (_, loose) = bed(&format!("{{{soil}, \"bed\": {{{BOX}}}}}"));
+    let shake = r#""compaction": [{"vibrate": {"amplitude": 4e-4, "frequency": 40, "time": 0.5}}]"#;
+    let (shaken, dense) = bed(&format!("{{{soil}, \"bed\": {{{BOX}, {shake}}}}}"));
+    let press = r#""compaction": [{"press": {"pressure": 2e4, "time": 0.02}}]"#;
+    let (_, pressed) = bed(&format!("{{{soil}, \"bed\": {{{BOX}, {press}}}}}"));
+    println!("height loose {loose:.5}, shaken {dense:.5}, pressed {pressed:.5} m");
+    assert!(dense < 0.99 * loose && pressed < loose, "{loose} {dense} {pressed}");
+    assert_eq!(shaken.setup().gravity, [0.0, 0.0, -9.81]);
+}
+
+#[test]
+fn species_have_their_own_material_and_a_mixture_settles() {
+    let (engine, height) = bed(&format!(
+        r#"{{"soil": {{"radius": {{"normal": {{"mean": 0.005, "deviation": 0.0005, "least": 0.004, "greatest": 0.006}}}},
+            "species": [{{"share": 0.2, "radius": {{"list": [{{"radius": 0.006, "share": 1}}, {{"radius": 0.007, "share": 2}}]}},
+            "density": 3000, "surface": {{"friction": 0.3}}}}]}},
+            "bed": {{{BOX}, "placing": "poisson_disk"}}}}"#
+    ));
+    let rows = &engine.state().rows;
+    let gravel: Vec<_> = rows.iter().filter(|r| r[11] != 0.0).collect();
+    assert!((100..190).contains(&gravel.len()), "{}", gravel.len());
+    assert!(gravel.iter().all(|r| r[3] == 0.006 || r[3] == 0.007));
+    assert!((engine.setup().materials[gravel[0][11] as usize].friction - 0.3).abs() < 1e-12);
+    let surface = Surface::of(engine.state(), 0.12, 0.1).mean();
+    assert!((surface - height).abs() < 1e-12 && height > 0.03);
+}
+
+#[test]
+fn faults_of_mixtures_and_compaction_are_named() {
+    let text = r#"{"soil": {"radius": {"normal": {"mean": 0.01, "deviation": 0.001, "least": 0.004, "greatest": 0.006}},
+        "species": [{"share": 1.5, "radius": {"list": []}, "density": 2500}]},
+        "bed": {"compaction": [{"press": {"pressure": -1, "time": 0.1}}]}}"#;
+    let e = serde_json::from_str::<Terrain>(text).unwrap().check("test").unwrap_err().to_string();
+    for path in
+        ["soil.radius.normal.mean", "species[0].share", "species[0].radius.list", "compaction[0].press.pressure"]
+    {
+        assert!(e.contains(path), "{path} not in {e}");
+    }
+}
