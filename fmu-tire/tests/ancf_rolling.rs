@@ -124,7 +124,7 @@ fn dropped(n: u32) -> Vec<f64> {
         let a = (wrench.force.z + share.force.z - 3000.0) / mass - 9.81;
         z += size * v + 0.5 * size * size * a;
         v += size * a;
-        if k * n % 50 == 0 {
+        if (k * n).is_multiple_of(50) {
             heights.push(z);
         }
     }

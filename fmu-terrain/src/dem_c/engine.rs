@@ -1,6 +1,6 @@
 //! The engine: grains as rigid balls in unilateral contact with friction, semi-implicit in time (DVI).
 //!
-//! A step of h: velocities under gravity alone; contacts within reach ([`super::contacts`]); impulses by the cone solver of
+//! A step of h: velocities under gravity alone; contacts within reach (`contacts.rs`); impulses by the cone solver of
 //! [`terramech_mechanics::cone`], started from those of the last step; positions by the new velocities. State, sorting, pair lists, walls
 //! and bodies are those of [`crate::dem`]: a bed of one engine starts the other.
 //!

@@ -59,6 +59,11 @@ impl Secant {
         self.pairs.len()
     }
 
+    /// Whether none is.
+    pub fn is_empty(&self) -> bool {
+        self.pairs.is_empty()
+    }
+
     /// Takes a correction and the fall of the residual it caused. A pair without positive curvature is not kept.
     pub fn add(&mut self, s: &[f64], y: &[f64]) {
         let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();

@@ -153,7 +153,7 @@ fn relax(
         assembly.solve(&mut work.free);
         let correction = correction_norm(problem.mesh, assembly, &work.free);
         // Uphill, or further than the tangent can be trusted: a shorter step.
-        if !(correction <= FURTHEST) || assembly.solver().negative_pivots() > 0 {
+        if correction.is_nan() || correction > FURTHEST || assembly.solver().negative_pivots() > 0 {
             h *= 0.3;
             if h < DESCENT.0 {
                 return Ok(false);
