@@ -159,9 +159,9 @@ fn picture(curves: &[(f64, Vec<Pressed>)], spots: &[Spot]) -> String {
     let mut line = |points: &[(f64, f64)], colour: &str, dash: &str, name: &str| {
         let path: Vec<String> = points.iter().map(|&(d, f)| at(d, f)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         let (x, y) = at(points[points.len() - 1].0, points[points.len() - 1].1);
-        let _ = write!(
+        let _ = writeln!(
             s,
-            "<polyline fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" stroke-dasharray=\"{dash}\" points=\"{}\"/><text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"end\" fill=\"{colour}\">{name}</text>\n",
+            "<polyline fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" stroke-dasharray=\"{dash}\" points=\"{}\"/><text x=\"{:.0}\" y=\"{:.0}\" text-anchor=\"end\" fill=\"{colour}\">{name}</text>",
             path.join(" "),
             x - 6.0,
             y - 6.0
@@ -247,9 +247,9 @@ fn strain_picture(pressed: &Pressed) -> String {
         s += &face;
         s.push('\n');
     }
-    let _ = write!(
+    let _ = writeln!(
         s,
-        "<text x=\"300\" y=\"22\" text-anchor=\"middle\">circumferential strain at {:.0} mm, {:.0} N, 200 kPa: blue -{:.2} %, white 0, red {:.2} %</text></svg>\n",
+        "<text x=\"300\" y=\"22\" text-anchor=\"middle\">circumferential strain at {:.0} mm, {:.0} N, 200 kPa: blue -{:.2} %, white 0, red {:.2} %</text></svg>",
         1e3 * pressed.deflection,
         pressed.force,
         100.0 * most,
