@@ -2,6 +2,7 @@
 
 import json
 import zipfile
+from pathlib import Path
 
 import fmpy
 import jsonschema
@@ -54,13 +55,27 @@ def test_example_systems_are_valid_against_the_schema_of_ssp():
         schema.assertValid(etree.parse(str(path)))
 
 
+def units_of_specifications(folder):
+    """Which unit each specification of a study is for, as its systems say: file name -> name of the FMU."""
+    units = {}
+    for system in folder.glob("*.ssd"):
+        for component in etree.parse(system).iter("{*}Component"):
+            for parameter in component.iter("{*}Parameter"):
+                if parameter.get("name") == "specification":
+                    units[parameter[0].get("value")] = Path(component.get("source")).stem
+    return units
+
+
 def test_example_specifications_fit_their_schemas():
-    """A specification in an example names its unit in its file name: rig.json, tire-rigid*.json, terrain*.json."""
+    """A specification is its unit's by the systems of the study, or by its name: rig-x.json, or ground-x.json beside a ground.json that is."""
     schemas = {p.name.removesuffix(".schema.json"): json.loads(p.read_text()) for p in (ROOT / "modelDescriptions").glob("*.schema.json")}
     checked = 0
     for path in sorted((ROOT / "examples").glob("*/*.json")):
-        fitting = [n for n in schemas if path.stem == n or path.stem.startswith(f"{n}-")]
-        assert fitting, f"{path}: the file name begins with no unit's name ({', '.join(sorted(schemas))})"
-        jsonschema.validate(json.loads(path.read_text()), schemas[max(fitting, key=len)])
+        units = units_of_specifications(path.parent)
+        named = {n: n for n in schemas} | {Path(file).stem: unit for file, unit in units.items()}
+        fitting = [n for n in named if path.stem == n or path.stem.startswith(f"{n}-")]
+        assert path.name in units or fitting, f"{path}: no system uses it, and its name begins with no unit's ({', '.join(sorted(schemas))})"
+        unit = units.get(path.name) or named[max(fitting, key=len)]
+        jsonschema.validate(json.loads(path.read_text()), schemas[unit])
         checked += 1
     assert checked
