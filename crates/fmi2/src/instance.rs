@@ -4,9 +4,9 @@
 
 use crate::state::{self, Saved};
 use crate::types::*;
-use crate::unit::{LogCategory, Stage, Step, Unit, UnitError};
+use crate::unit::{LogCategory, Step, Unit, UnitError};
 use crate::values::{Value, Values};
-use crate::variables::{Causality, Variability, Variable};
+use crate::variables::Variable;
 use crate::{Host, Model};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ pub type ProgressSink = Box<dyn FnMut(&str, f64) -> bool>;
 /// An instance of a model.
 pub struct Instance {
     model: Model,
-    /// Per variable, what a get or set of a Real between steps may skip: [`READ`], [`WRITE`].
+    /// Per variable, what a get or set of a Real between steps may skip: see [`access::quick`].
     quick: Vec<u8>,
     unit: Box<dyn Unit>,
     values: Values,
@@ -90,13 +90,16 @@ macro_rules! host {
     };
 }
 
+// After the macro, which it uses.
+mod access;
+
 impl Instance {
     /// A fresh instance of `model`; `resources` is the FMU's unpacked resources folder, if known.
     pub fn new(model: Model, resources: Option<&Path>, log: LogSink) -> Self {
         Self {
             unit: model.unit(),
             values: Values::new(&model.table),
-            quick: model.table.variables().iter().map(quick).collect(),
+            quick: model.table.variables().iter().map(access::quick).collect(),
             model,
             mode: Mode::Instantiated,
             experiment: None,
@@ -279,259 +282,6 @@ impl Instance {
         Ok(v)
     }
 
-    /// Checks a get of `vr` and brings its value up to date.
-    fn before_get(&mut self, function: &str, vr: u32, type_name: &str) -> Call {
-        let v = self.variable(function, vr, type_name)?;
-        let (settable, on_demand) = (v.causality.settable(), v.on_demand);
-        let stage = match self.mode {
-            Mode::Instantiated if settable => return Ok(()),
-            Mode::Instantiated => {
-                return Err(Refused::error(format!(
-                    "{function}: '{}' has no value before initialization mode",
-                    self.model.table.variables()[vr as usize].name
-                )));
-            }
-            Mode::Initialization => Stage::Initialization,
-            Mode::Poisoned => return self.require(function, &[Mode::Initialization, Mode::StepComplete]),
-            _ => Stage::Stepping,
-        };
-        if !settable && (on_demand || stage == Stage::Initialization) {
-            let r = self.unit.refresh(&mut self.values, host!(self), vr, stage);
-            self.take(function, r)?;
-        }
-        Ok(())
-    }
-
-    /// Checks a set of `vr`.
-    fn before_set(&self, function: &str, vr: u32, type_name: &str) -> Call<&Variable> {
-        let v = self.variable(function, vr, type_name)?;
-        if !v.causality.settable() {
-            return Err(Refused::error(format!("{function}: {v} cannot be set; allowed: inputs and parameters")));
-        }
-        let late = match self.mode {
-            Mode::Instantiated | Mode::Initialization => false,
-            Mode::StepComplete => v.causality == Causality::Parameter && v.variability == Variability::Fixed,
-            _ => {
-                self.require(function, &[Mode::Instantiated, Mode::Initialization, Mode::StepComplete])?;
-                false
-            }
-        };
-        if late {
-            return Err(Refused::error(format!(
-                "{function}: fixed parameter '{}' cannot be set after initialization mode",
-                v.name
-            )));
-        }
-        if let Some(reason) = self.values.locks[vr as usize] {
-            return Err(Refused::error(format!("{function}: '{}' comes too late: {reason}", v.name)));
-        }
-        Ok(v)
-    }
-
-    fn not_finite(&self, function: &str, vr: u32, x: f64, at: Option<usize>) -> Refused {
-        let at = at.map(|i| format!(" at element {i}")).unwrap_or_default();
-        let name = &self.model.table.variables()[vr as usize].name;
-        Refused::error(format!("{function}: '{name}'{at} is {x}; allowed: finite values"))
-    }
-
-    /// Reads a real.
-    ///
-    /// # Errors
-    /// Unknown reference, wrong type, wrong mode, late work that fails, a value that is not finite.
-    pub fn real(&mut self, vr: u32) -> Call<f64> {
-        // Thousands of these a step: nothing needs to be brought up to date, and the table has been asked before.
-        if self.mode == Mode::StepComplete
-            && self.quick.get(vr as usize).is_some_and(|q| q & READ != 0)
-            && let Value::Real(x) = self.values.values[vr as usize]
-            && x.is_finite()
-        {
-            return Ok(x);
-        }
-        self.before_get("fmi2GetReal", vr, "Real")?;
-        match self.values.values[vr as usize] {
-            Value::Real(x) if x.is_finite() => Ok(x),
-            Value::Real(x) => {
-                self.mode = Mode::Poisoned;
-                Err(Refused { category: LogCategory::Numerical, ..self.not_finite("fmi2GetReal", vr, x, None) })
-            }
-            _ => unreachable!("checked against the table"),
-        }
-    }
-    /// Writes a real.
-    ///
-    /// # Errors
-    /// Unknown reference, wrong type, not settable, too late, not finite, outside its range.
-    pub fn set_real(&mut self, vr: u32, x: f64) -> Call {
-        if self.mode == Mode::StepComplete
-            && self.quick.get(vr as usize).is_some_and(|q| q & WRITE != 0)
-            && x.is_finite()
-            && self.values.locks[vr as usize].is_none()
-        {
-            self.store(vr, Value::Real(x));
-            return Ok(());
-        }
-        let v = self.before_set("fmi2SetReal", vr, "Real")?;
-        if !x.is_finite() {
-            return Err(self.not_finite("fmi2SetReal", vr, x, None));
-        }
-        in_range("fmi2SetReal", v, x)?;
-        self.store(vr, Value::Real(x));
-        Ok(())
-    }
-    /// Reads an integer.
-    ///
-    /// # Errors
-    /// As [`Instance::real`].
-    pub fn integer(&mut self, vr: u32) -> Call<i32> {
-        self.before_get("fmi2GetInteger", vr, "Integer")?;
-        match self.values.values[vr as usize] {
-            Value::Integer(x) => Ok(x),
-            _ => unreachable!("checked against the table"),
-        }
-    }
-    /// Writes an integer.
-    ///
-    /// # Errors
-    /// As [`Instance::set_real`].
-    pub fn set_integer(&mut self, vr: u32, x: i32) -> Call {
-        let v = self.before_set("fmi2SetInteger", vr, "Integer")?;
-        in_range("fmi2SetInteger", v, x.into())?;
-        self.store(vr, Value::Integer(x));
-        Ok(())
-    }
-    /// Reads a Boolean.
-    ///
-    /// # Errors
-    /// As [`Instance::real`].
-    pub fn boolean(&mut self, vr: u32) -> Call<bool> {
-        self.before_get("fmi2GetBoolean", vr, "Boolean")?;
-        match self.values.values[vr as usize] {
-            Value::Boolean(x) => Ok(x),
-            _ => unreachable!("checked against the table"),
-        }
-    }
-    /// Writes a Boolean.
-    ///
-    /// # Errors
-    /// As [`Instance::set_real`].
-    pub fn set_boolean(&mut self, vr: u32, x: bool) -> Call {
-        self.before_set("fmi2SetBoolean", vr, "Boolean")?;
-        self.store(vr, Value::Boolean(x));
-        Ok(())
-    }
-    /// Reads a string.
-    ///
-    /// # Errors
-    /// As [`Instance::real`].
-    pub fn string(&mut self, vr: u32) -> Call<&str> {
-        self.before_get("fmi2GetString", vr, "String")?;
-        match &self.values.values[vr as usize] {
-            Value::String(x) => Ok(x),
-            _ => unreachable!("checked against the table"),
-        }
-    }
-    /// Writes a string.
-    ///
-    /// # Errors
-    /// As [`Instance::set_real`].
-    pub fn set_string(&mut self, vr: u32, x: &str) -> Call {
-        self.before_set("fmi2SetString", vr, "String")?;
-        self.store(vr, Value::String(x.into()));
-        Ok(())
-    }
-    fn store(&mut self, vr: u32, value: Value) {
-        self.values.values[vr as usize] = value;
-        self.values.mark_changed(vr);
-    }
-
-    /// Elements of an array now.
-    ///
-    /// # Errors
-    /// Unknown reference, not an array, wrong mode, late work that fails.
-    pub fn array_size(&mut self, vr: u32) -> Call<usize> {
-        let function = "terramech_getArraySize";
-        let v = self.model.table.variables().get(vr as usize);
-        let Some(v) = v.filter(|v| v.start.is_array()) else {
-            return Err(Refused::error(format!(
-                "{function}: value reference {vr} is not an array of model {}",
-                self.model.name
-            )));
-        };
-        self.before_get(function, vr, v.start.type_name())?;
-        Ok(match &self.values.values[vr as usize] {
-            Value::RealArray(x) => x.len(),
-            Value::IntegerArray(x) => x.len(),
-            _ => unreachable!("checked against the table"),
-        })
-    }
-    /// Reads a real array.
-    ///
-    /// # Errors
-    /// As [`Instance::array_size`], and values that are not finite.
-    pub fn real_array(&mut self, vr: u32) -> Call<&[f64]> {
-        let function = "terramech_getRealArray";
-        self.before_get(function, vr, "RealArray")?;
-        let bad = match &self.values.values[vr as usize] {
-            Value::RealArray(x) => first_not_finite(x),
-            _ => unreachable!("checked against the table"),
-        };
-        if let Some((i, x)) = bad {
-            self.mode = Mode::Poisoned;
-            return Err(Refused { category: LogCategory::Numerical, ..self.not_finite(function, vr, x, Some(i)) });
-        }
-        match &self.values.values[vr as usize] {
-            Value::RealArray(x) => Ok(x),
-            _ => unreachable!("checked against the table"),
-        }
-    }
-    /// Writes a real array and sets its size.
-    ///
-    /// # Errors
-    /// As [`Instance::set_real`].
-    pub fn set_real_array(&mut self, vr: u32, x: &[f64]) -> Call {
-        let function = "terramech_setRealArray";
-        self.before_set(function, vr, "RealArray")?;
-        if let Some((i, x)) = first_not_finite(x) {
-            return Err(self.not_finite(function, vr, x, Some(i)));
-        }
-        match &mut self.values.values[vr as usize] {
-            Value::RealArray(to) => {
-                to.clear();
-                to.extend_from_slice(x);
-            }
-            _ => unreachable!("checked against the table"),
-        }
-        self.values.mark_changed(vr);
-        Ok(())
-    }
-    /// Reads an integer array.
-    ///
-    /// # Errors
-    /// As [`Instance::array_size`].
-    pub fn integer_array(&mut self, vr: u32) -> Call<&[i32]> {
-        self.before_get("terramech_getIntegerArray", vr, "IntegerArray")?;
-        match &self.values.values[vr as usize] {
-            Value::IntegerArray(x) => Ok(x),
-            _ => unreachable!("checked against the table"),
-        }
-    }
-    /// Writes an integer array and sets its size.
-    ///
-    /// # Errors
-    /// As [`Instance::set_real`].
-    pub fn set_integer_array(&mut self, vr: u32, x: &[i32]) -> Call {
-        self.before_set("terramech_setIntegerArray", vr, "IntegerArray")?;
-        match &mut self.values.values[vr as usize] {
-            Value::IntegerArray(to) => {
-                to.clear();
-                to.extend_from_slice(x);
-            }
-            _ => unreachable!("checked against the table"),
-        }
-        self.values.mark_changed(vr);
-        Ok(())
-    }
-
     /// The whole state as sealed bytes. Changes nothing.
     ///
     /// # Errors
@@ -596,42 +346,4 @@ impl Instance {
         self.ended = false;
         Ok(())
     }
-}
-
-/// A Real that is read as it stands between steps.
-const READ: u8 = 1;
-/// A Real without range that may be set between steps.
-const WRITE: u8 = 2;
-
-fn quick(v: &Variable) -> u8 {
-    if v.start.type_name() != "Real" {
-        return 0;
-    }
-    let read = if v.on_demand { 0 } else { READ };
-    let free = v.min.is_none() && v.max.is_none() && v.causality.settable();
-    let late = v.causality == Causality::Parameter && v.variability == Variability::Fixed;
-    read | if free && !late { WRITE } else { 0 }
-}
-
-fn in_range(function: &str, v: &Variable, x: f64) -> Call {
-    if v.min.is_some_and(|m| x < m) || v.max.is_some_and(|m| x > m) {
-        let bound = |b: Option<f64>| b.map_or("unbounded".into(), |b| b.to_string());
-        return Err(Refused::error(format!(
-            "{function}: '{}' is {x} {}; allowed: {} to {}",
-            v.name,
-            v.unit,
-            bound(v.min),
-            bound(v.max)
-        )));
-    }
-    Ok(())
-}
-
-fn first_not_finite(x: &[f64]) -> Option<(usize, f64)> {
-    // Not finite = all bits of the exponent set. Without branches and without sums that wait for each other.
-    const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
-    if !x.iter().fold(false, |bad, x| bad | (x.to_bits() & EXPONENT == EXPONENT)) {
-        return None;
-    }
-    x.iter().copied().enumerate().find(|(_, x)| !x.is_finite())
 }

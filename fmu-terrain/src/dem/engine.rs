@@ -148,15 +148,7 @@ impl CpuEngine {
     /// A setup outside its ranges, a step above the critical one, grains that overlap or lie outside the walls.
     pub fn new(setup: Setup, grains: &[Grain], threads: usize) -> Result<Self, DemError> {
         limits::check(&setup, grains)?;
-        let state = DemState {
-            rows: grains.iter().map(Grain::row).collect(),
-            ids: (0..grains.len() as u32).collect(),
-            force: vec![[0.0; 3]; grains.len()],
-            stale: true,
-            adhesion_scale: 1.0,
-            wall_force: vec![[0.0; 3]; setup.walls.len()],
-            ..DemState::default()
-        };
+        let state = DemState::of(grains, setup.walls.len());
         let mut engine = Self::with_state(setup, state, threads)?;
         engine.rebuild("the grains were placed so")?;
         Ok(engine)

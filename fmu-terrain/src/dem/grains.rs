@@ -126,6 +126,19 @@ pub struct DemState {
 }
 
 impl DemState {
+    /// Grains as placed, within this many walls; lists are still to be made.
+    pub fn of(grains: &[Grain], walls: usize) -> Self {
+        Self {
+            rows: grains.iter().map(Grain::row).collect(),
+            ids: (0..grains.len() as u32).collect(),
+            force: vec![[0.0; 3]; grains.len()],
+            stale: true,
+            adhesion_scale: 1.0,
+            wall_force: vec![[0.0; 3]; walls],
+            ..Self::default()
+        }
+    }
+
     /// Translational and rotational kinetic energy (J); fixed grains count nothing.
     pub fn kinetic_energy(&self) -> f64 {
         self.rows.iter().filter(|r| r[INV_M] > 0.0).map(kinetic_energy).sum()

@@ -96,15 +96,7 @@ impl ConeEngine {
     /// # Errors
     /// A setup outside its ranges; grains deep inside each other or outside the walls.
     pub fn new(setup: Setup, cone: ConeSetup, grains: &[Grain], threads: usize) -> Result<Self, DemError> {
-        let state = DemState {
-            rows: grains.iter().map(Grain::row).collect(),
-            ids: (0..grains.len() as u32).collect(),
-            force: vec![[0.0; 3]; grains.len()],
-            stale: true,
-            adhesion_scale: 1.0,
-            wall_force: vec![[0.0; 3]; setup.walls.len()],
-            ..DemState::default()
-        };
+        let state = DemState::of(grains, setup.walls.len());
         Self::with_state(setup, cone, state, ConeState::default(), threads)
     }
 

@@ -14,12 +14,10 @@ pub fn solve<const ROLL: bool>(problem: &Problem, parts: &mut Parts, options: &O
     let mut best = Best::new();
     let mut t = 0.25;
     let mut iterations = 0;
-    let (sums, objective) = parts.measure::<ROLL>(problem);
-    best.offer(parts, &sums, objective);
-    let mut converged = sums.residual <= options.tolerance;
+    let mut converged = best.look::<ROLL>(parts, problem, options.tolerance);
     // Objective by increments: exact but for round-off, since it is quadratic.
-    let mut recent = vec![objective];
-    let mut value = objective;
+    let mut value = best.objective();
+    let mut recent = vec![value];
     while !converged && iterations < options.iterations {
         let sums = project_step::<ROLL>(problem, parts, t);
         let curvature = try_velocities(parts) + sums.work;
@@ -39,20 +37,10 @@ pub fn solve<const ROLL: bool>(problem: &Problem, parts: &mut Parts, options: &O
         // s's / s'Ns in the metric of the diagonal.
         t = if curvature > 0.0 { (sums.length / curvature).clamp(1e-3, 1e3) } else { 1.0 };
         if sums.residual <= options.tolerance || iterations.is_multiple_of(LOOK) || iterations == options.iterations {
-            let (sums, objective) = parts.measure::<ROLL>(problem);
-            best.offer(parts, &sums, objective);
-            converged = sums.residual <= options.tolerance;
-            if converged {
-                (best.residual, best.worst, best.objective) = (sums.residual, sums.worst, objective);
-            }
+            converged = best.look::<ROLL>(parts, problem, options.tolerance);
         }
     }
-    let outcome =
-        Outcome { iterations, residual: best.residual, worst: best.worst, objective: best.objective, converged };
-    if !converged {
-        best.take(parts);
-    }
-    outcome
+    best.end(parts, iterations, converged)
 }
 
 fn project_step<const ROLL: bool>(problem: &Problem, parts: &mut Parts, t: f64) -> Sums {

@@ -11,9 +11,7 @@ const LOOK: u32 = 5;
 pub fn solve<const ROLL: bool>(problem: &Problem, parts: &mut Parts, options: &Options) -> Outcome {
     let order = colours(problem);
     let mut best = Best::new();
-    let (sums, objective) = parts.measure::<ROLL>(problem);
-    best.offer(parts, &sums, objective);
-    let mut converged = sums.residual <= options.tolerance;
+    let mut converged = best.look::<ROLL>(parts, problem, options.tolerance);
     let mut set = gather(parts);
     let mut iterations = 0;
     while !converged && iterations < options.iterations {
@@ -33,20 +31,10 @@ pub fn solve<const ROLL: bool>(problem: &Problem, parts: &mut Parts, options: &O
         iterations += 1;
         if iterations.is_multiple_of(LOOK) || iterations == options.iterations {
             scatter(&set, parts);
-            let (sums, objective) = parts.measure::<ROLL>(problem);
-            best.offer(parts, &sums, objective);
-            converged = sums.residual <= options.tolerance;
-            if converged {
-                (best.residual, best.worst, best.objective) = (sums.residual, sums.worst, objective);
-            }
+            converged = best.look::<ROLL>(parts, problem, options.tolerance);
         }
     }
-    let outcome =
-        Outcome { iterations, residual: best.residual, worst: best.worst, objective: best.objective, converged };
-    if !converged {
-        best.take(parts);
-    }
-    outcome
+    best.end(parts, iterations, converged)
 }
 
 /// Changes the velocities of the two bodies of contact `k`.

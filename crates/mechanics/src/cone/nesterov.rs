@@ -22,9 +22,7 @@ pub fn solve<const ROLL: bool>(
     // Momentum of the present point of departure, and theta that it came from.
     let (mut beta, mut theta) = (0.0, 1.0_f64);
     let mut iterations = 0;
-    let (sums, objective) = parts.measure::<ROLL>(problem);
-    best.offer(parts, &sums, objective);
-    let mut converged = sums.residual <= options.tolerance;
+    let mut converged = best.look::<ROLL>(parts, problem, options.tolerance);
     while !converged && iterations < options.iterations {
         descend::<ROLL>(problem, parts, 1.0 / lipschitz, beta);
         let sums = parts.sums();
@@ -43,22 +41,11 @@ pub fn solve<const ROLL: bool>(
         lipschitz = (0.9 * lipschitz).max(FLATTEST);
         // What the step saw is near enough to tell when a look may be worth it.
         if sums.residual <= options.tolerance || iterations.is_multiple_of(LOOK) || iterations == options.iterations {
-            let (sums, objective) = parts.measure::<ROLL>(problem);
-            best.offer(parts, &sums, objective);
-            converged = sums.residual <= options.tolerance;
-            if converged {
-                // Within the tolerance is what was asked for; the objective may differ by round-off from a better one.
-                (best.residual, best.worst, best.objective) = (sums.residual, sums.worst, objective);
-            }
+            converged = best.look::<ROLL>(parts, problem, options.tolerance);
         }
     }
     memory.lipschitz = lipschitz;
-    let outcome =
-        Outcome { iterations, residual: best.residual, worst: best.worst, objective: best.objective, converged };
-    if !converged {
-        best.take(parts);
-    }
-    outcome
+    best.end(parts, iterations, converged)
 }
 
 /// The projected step from y = now + beta (now - before), at whose velocities `at` are, and its loads on the bodies.

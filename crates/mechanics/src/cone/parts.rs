@@ -1,7 +1,7 @@
 //! What a solver keeps: impulses by block, velocities of all bodies.
 
 use super::sweep::{Slip, contact};
-use super::{Block, Impulses, Problem, Row, Vec3};
+use super::{Block, Impulses, Outcome, Problem, Row, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -234,9 +234,9 @@ pub fn each<T: Send>(parallel: bool, items: &mut [T], task: impl Fn(usize, &mut 
 #[derive(Clone, Debug, Default)]
 pub struct Best {
     kept: Vec<Set>,
-    pub residual: f64,
-    pub objective: f64,
-    pub worst: usize,
+    residual: f64,
+    objective: f64,
+    worst: usize,
 }
 
 impl Best {
@@ -245,22 +245,37 @@ impl Best {
         Self { residual: f64::INFINITY, objective: f64::INFINITY, ..Self::default() }
     }
 
-    /// Keeps the iterate `now` if neither its residual nor its objective is worse than what is kept.
-    pub fn offer(&mut self, parts: &Parts, sums: &Sums, objective: f64) {
-        if sums.residual < self.residual && objective <= self.objective {
+    /// Objective of what is kept (J).
+    pub fn objective(&self) -> f64 {
+        self.objective
+    }
+
+    /// Measures the iterate `now`; keeps it if neither its residual nor its objective is worse than what is kept. Whether it is within the
+    /// tolerance: then it is the result, though its objective may differ by round-off from a better one.
+    pub fn look<const ROLL: bool>(&mut self, parts: &mut Parts, problem: &Problem, tolerance: f64) -> bool {
+        let (sums, objective) = parts.measure::<ROLL>(problem);
+        let converged = sums.residual <= tolerance;
+        let better = sums.residual < self.residual && objective <= self.objective;
+        if better && !converged {
             self.kept.resize_with(parts.parts.len(), Set::default);
             for (kept, part) in self.kept.iter_mut().zip(&parts.parts) {
                 kept.force.clone_from(&part.now.force);
                 kept.couple.clone_from(&part.now.couple);
             }
+        }
+        if better || converged {
             (self.residual, self.worst, self.objective) = (sums.residual, sums.worst, objective);
         }
+        converged
     }
 
-    /// Puts it into `now`.
-    pub fn take(self, parts: &mut Parts) {
-        for (kept, part) in self.kept.into_iter().zip(&mut parts.parts) {
-            part.now = kept;
+    /// What the solve came to; unless the iterate `now` converged, the best one takes its place.
+    pub fn end(self, parts: &mut Parts, iterations: u32, converged: bool) -> Outcome {
+        if !converged {
+            for (kept, part) in self.kept.into_iter().zip(&mut parts.parts) {
+                part.now = kept;
+            }
         }
+        Outcome { iterations, residual: self.residual, worst: self.worst, objective: self.objective, converged }
     }
 }
