@@ -1,4 +1,4 @@
-//! Vehicle units: the single-wheel rig ([`rig`]).
+//! Vehicle units: the single-wheel rig ([`rig`]) and the multibody vehicle ([`vehicle`]).
 //!
 //! A vehicle gives the states of its wheels and takes the wrenches on them; it knows nothing of tires and soil.
 //!
@@ -26,5 +26,5 @@ use terramech_fmi2::Model;
 
 /// All models of this library; the GUID selects among them.
 pub fn models() -> Vec<Model> {
-    vec![rig::model(), vehicle::model(), vehicle::handling_model()]
+    std::iter::once(rig::model()).chain(vehicle::models()).chain([vehicle::handling_model()]).collect()
 }

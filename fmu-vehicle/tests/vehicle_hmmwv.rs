@@ -68,9 +68,17 @@ fn masses_are_the_sum_of_the_data() {
     let layered = [Hub { mass: 4.838, inertia: [0.1; 3], tire_radius: 0.0 }; 4];
     let v = Vehicle::build(&hmmwv(), &[], &layered, Mode::Drive, false).unwrap();
     figure("5 mass", "with layered tires of 4.84 kg", "kg", 2442.09, v.system.mass(), 1e-6);
-    let payload = [Payload { mass: 107.91, position: [0.0, 0.0, 0.6], inertia: [0.0; 3] }];
-    let v = Vehicle::build(&hmmwv(), &payload, &layered, Mode::Drive, false).unwrap();
+    // The shipped variant differs by its payload alone.
+    let loaded = VehicleSpec::read("hmmwv/vehicle_2550.json", &Place::Folder(None)).unwrap();
+    let plain = hmmwv();
+    let (name, source) = (plain.name.clone(), plain.source.clone());
+    assert_eq!(VehicleSpec { name, source, payload: Vec::new(), ..loaded.clone() }, plain);
+    let v = Vehicle::build(&loaded, &[], &layered, Mode::Drive, false).unwrap();
     figure("5 mass", "with layered tires and payload", "kg", 2550.0, v.system.mass(), 1e-6);
+    // What the unit's specification loads comes on top.
+    let more = [Payload { mass: 80.0, position: [0.0; 3], inertia: [0.0; 3] }];
+    let v = Vehicle::build(&loaded, &more, &layered, Mode::Drive, false).unwrap();
+    figure("5 mass", "with a further load of 80 kg", "kg", 2630.0, v.system.mass(), 1e-6);
 }
 
 #[test]

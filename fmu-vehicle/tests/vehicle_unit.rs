@@ -32,7 +32,7 @@ fn set(i: &mut Instance, name: &str, x: f64) {
 
 /// A spring with grip under each wheel.
 fn tires(i: &mut Instance, ground: f64) {
-    for k in 1..=4 {
+    for k in (1..=8).filter(|k| i.model().table.find(&format!("wheel[{k}].force.x")).is_some()).collect::<Vec<_>>() {
         let mut s = |n: &str| get(i, &format!("wheel[{k}].{n}"));
         let (z, vx, vy, vz) = (s("position.z"), s("velocity.x"), s("velocity.y"), s("velocity.z"));
         let spin = s("angular_velocity.y");
@@ -155,6 +155,29 @@ fn a_missing_hardpoint_is_told() {
             {{"origin": [0,0,0], "suspension": {value}, "wheel": {{"mass": 1, "inertia": [1,1,1], "tire_radius": 0.4}}}}]}}}}"#
     ));
     assert!(e.contains("lower_outer") && e.contains("vehicle.axles[0].suspension.double_wishbone.points"), "{e}");
+}
+
+#[test]
+fn vehicles_of_three_and_four_axles_are_models_of_their_own() {
+    for (wheels, model) in [6, 8].into_iter().zip(vehicle::models().skip(1)) {
+        let mut i = Instance::new(model, None, Box::new(|_, _| {}));
+        i.setup(0.0, None).unwrap();
+        i.enter_initialization().unwrap();
+        let carried: f64 = (1..=wheels).map(|k| get(&mut i, &format!("wheel[{k}].load_mass"))).sum();
+        let mass = get(&mut i, "mass");
+        relative("5 mass", &format!("sum of load masses, {wheels} wheels"), "kg", mass, carried, 1e-6);
+        i.exit_initialization().unwrap();
+        set(&mut i, "driver.throttle", 0.6);
+        run(&mut i, 0, 3000, 1e-3, 0.0);
+        let speed = get(&mut i, "speed");
+        assert!(speed > 2.0 && speed < 12.0, "{wheels} wheels: {speed} m/s");
+        // The tires carry the weight while it drives.
+        let load: f64 = (1..=wheels).map(|k| get(&mut i, &format!("wheel[{k}].force.z"))).sum();
+        assert!((load / (9.81 * mass) - 1.0).abs() < 0.1, "{wheels} wheels: {load} N");
+    }
+    // A vehicle of another number of axles is refused with the model that takes it.
+    let e = error_of(r#"{"vehicle": "hmmwv/three_axles.json"}"#);
+    assert!(e.contains("has 3 axles") && e.contains("vehicle_6 (3 axles)"), "{e}");
 }
 
 #[test]

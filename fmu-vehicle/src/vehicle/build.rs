@@ -70,7 +70,12 @@ fn chassis_with(spec: &VehicleSpec, payload: &[Payload]) -> (f64, Vec3, Mat3) {
     let [xy, xz, yz] = c.products;
     let own = Mat3::new(c.inertia[0], xy, xz, xy, c.inertia[1], yz, xz, yz, c.inertia[2]);
     let parts: Vec<(f64, Vec3, Mat3)> = std::iter::once((c.mass, Vec3::from(c.com), own))
-        .chain(payload.iter().map(|p| (p.mass, p.position.into(), Mat3::from_diagonal(&p.inertia.into()))))
+        .chain(
+            spec.payload
+                .iter()
+                .chain(payload)
+                .map(|p| (p.mass, p.position.into(), Mat3::from_diagonal(&p.inertia.into()))),
+        )
         .collect();
     let mass: f64 = parts.iter().map(|p| p.0).sum();
     let com = parts.iter().map(|p| p.1 * p.0).sum::<Vec3>() / mass;

@@ -21,6 +21,9 @@ pub struct VehicleSpec {
     pub source: String,
     /// Chassis.
     pub chassis: ChassisSpec,
+    /// Masses fixed to the chassis that belong to this vehicle, besides those of the unit's specification.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub payload: Vec<Payload>,
     /// Axles from front to rear; wheels are numbered left, right of the first axle, left, right of the second, ...
     pub axles: Vec<AxleSpec>,
     /// Steerings; axles refer to them by number.
@@ -103,6 +106,21 @@ pub struct Payload {
     pub inertia: [f64; 3],
 }
 
+impl Payload {
+    /// Collects what is wrong with a list of payloads that stands at `path`.
+    pub fn check_all(list: &[Self], path: &str, f: &mut Faults) {
+        for (k, p) in list.iter().enumerate() {
+            f.not_negative(&format!("{path}payload[{k}].mass"), p.mass);
+            for (i, x) in p.inertia.iter().enumerate() {
+                f.not_negative(&format!("{path}payload[{k}].inertia[{i}]"), *x);
+            }
+            for (i, x) in p.position.iter().enumerate() {
+                f.check(x.is_finite(), &format!("{path}payload[{k}].position[{i}]"), x, "a finite number");
+            }
+        }
+    }
+}
+
 /// Drag force 1/2 rho Cd A v^2 at the chassis's centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -136,6 +154,7 @@ impl VehicleSpec {
     pub fn check(&self, path: &str, f: &mut Faults) {
         let c = &self.chassis;
         MassSpec { mass: c.mass, inertia: c.inertia }.check(&format!("{path}chassis"), f);
+        Payload::check_all(&self.payload, path, f);
         f.check(!self.axles.is_empty(), &format!("{path}axles"), "empty", "at least one axle");
         for (k, a) in self.axles.iter().enumerate() {
             let p = format!("{path}axles[{k}]");

@@ -73,6 +73,9 @@ impl<T: JsonSchema> JsonSchema for Part<T> {
 /// Data that come with the library, by name.
 const SHIPPED: &[(&str, &str)] = &[
     ("hmmwv/vehicle.json", include_str!("../../data/hmmwv/vehicle.json")),
+    ("hmmwv/vehicle_2550.json", include_str!("../../data/hmmwv/vehicle_2550.json")),
+    ("hmmwv/three_axles.json", include_str!("../../data/hmmwv/three_axles.json")),
+    ("hmmwv/four_axles.json", include_str!("../../data/hmmwv/four_axles.json")),
     ("hmmwv/vehicle_2018.json", include_str!("../../data/hmmwv/vehicle_2018.json")),
     ("hmmwv/suspension_front.json", include_str!("../../data/hmmwv/suspension_front.json")),
     ("hmmwv/suspension_rear.json", include_str!("../../data/hmmwv/suspension_rear.json")),

@@ -13,7 +13,8 @@ use terramech_fmi2::specification::Faults;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UnitSpec {
-    /// The vehicle: in place, a file, or one that comes with the library: `hmmwv/vehicle.json`, `hmmwv/vehicle_2018.json`.
+    /// The vehicle: in place, a file, or one that comes with the library: `hmmwv/vehicle.json`,
+    /// `hmmwv/vehicle_2550.json` (with the payload that brings it to 2,550 kg), `hmmwv/vehicle_2018.json`.
     #[serde(default = "hmmwv")]
     pub vehicle: Part<VehicleSpec>,
     /// Masses fixed to the chassis besides the vehicle's own.
@@ -116,12 +117,7 @@ impl UnitSpec {
         if let Part::Inline(v) = &self.vehicle {
             v.check("vehicle.", &mut f);
         }
-        for (k, p) in self.payload.iter().enumerate() {
-            f.not_negative(&format!("payload[{k}].mass"), p.mass);
-            for (i, x) in p.inertia.iter().enumerate() {
-                f.not_negative(&format!("payload[{k}].inertia[{i}]"), *x);
-            }
-        }
+        Payload::check_all(&self.payload, "", &mut f);
         self.driver.check("driver", &mut f);
         self.check_numbers(&mut f);
         f.into_result(origin)

@@ -5,7 +5,7 @@ use super::dynamics::WheelWrench;
 use super::place::Rest;
 use super::specification::UnitSpec;
 use super::tires::InternalTires;
-use super::variables::{Variables, WHEELS};
+use super::variables::Variables;
 use super::{DriverInputs, Part, Place};
 use crate::driver::{Driver, DriverState};
 use crate::mbs::MbsError;
@@ -96,7 +96,7 @@ impl VehicleUnit {
     fn internal_hubs(&self) -> Result<Vec<Hub>, UnitError> {
         let spec = self.spec()?;
         let (tire, hub) = spec.tires.build()?;
-        let mut hubs = vec![hub; WHEELS];
+        let mut hubs = vec![hub; self.vars.wheels.len()];
         let rest = Rest::find(spec.vehicle.get(), &spec.payload, &hubs, spec.start.gear)
             .map_err(|e| fault(&self.origin, &e))?;
         for (hub, load) in hubs.iter_mut().zip(&rest.loads) {
@@ -221,16 +221,19 @@ impl Run {
 
 impl Unit for VehicleUnit {
     fn enter_initialization(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
-        let default = super::default_specification();
+        let default = super::default_specification(self.vars.wheels.len());
         let read = specification::load::<UnitSpec>(v.string(self.vars.common.specification), &default, host)?;
         let mut spec = read.value;
         spec.complete(&Place::Folder(read.folder), &read.origin)?;
         let wheels = 2 * spec.vehicle.get().axles.len();
-        if wheels != WHEELS {
+        let own = self.vars.wheels.len();
+        if wheels != own {
             return Err(UnitError::input(format!(
-                "{}: 'vehicle.axles' has {} axles; this unit has {WHEELS} wheels, that is 2 axles",
+                "{}: 'vehicle.axles' has {} axles; this model has {own} wheels, that is {} axles; the models are {}",
                 read.origin,
-                wheels / 2
+                wheels / 2,
+                own / 2,
+                super::model_names()
             )));
         }
         self.spec = Some(spec);
@@ -273,7 +276,7 @@ impl Unit for VehicleUnit {
         let hubs = self.rest.as_ref().map_or_else(Vec::new, |r| r.0.clone());
         let tires = if self.internal(v)? {
             let height = v[self.vars.ground_height];
-            Some(InternalTires::new(spec.tires.build()?.0, WHEELS, height, spec.tires.friction))
+            Some(InternalTires::new(spec.tires.build()?.0, self.vars.wheels.len(), height, spec.tires.friction))
         } else {
             None
         };
@@ -363,7 +366,12 @@ impl Unit for VehicleUnit {
                 vehicle.inputs = DriverInputs { steering, throttle, braking };
                 let tires = match s.tires {
                     Some((height, transient)) => {
-                        let mut t = InternalTires::new(spec.tires.build()?.0, WHEELS, height, spec.tires.friction);
+                        let mut t = InternalTires::new(
+                            spec.tires.build()?.0,
+                            self.vars.wheels.len(),
+                            height,
+                            spec.tires.friction,
+                        );
                         t.transient = transient;
                         Some(t)
                     }

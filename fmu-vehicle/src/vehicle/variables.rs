@@ -3,9 +3,6 @@
 use terramech_fmi2::variables::{CommonVars, StateVars, WrenchVars};
 use terramech_fmi2::{IntegerVar, RealVar, StringVar, Table, Var};
 
-/// Wheels of the unit as it is packed.
-pub const WHEELS: usize = 4;
-
 /// Handles of one wheel.
 #[derive(Clone, Debug)]
 pub struct WheelVars {
@@ -64,8 +61,8 @@ pub struct Variables {
     pub handling_tires: Option<(StringVar, Vec<[RealVar; 3]>)>,
 }
 
-/// Declares the table; `with_tires` adds the variables of tires inside.
-pub fn declare(with_tires: bool) -> (Table, Variables) {
+/// Declares the table of a vehicle of so many wheels; `with_tires` adds the variables of tires inside.
+pub fn declare(wheel_count: usize, with_tires: bool) -> (Table, Variables) {
     let mut t = Table::new();
     let common = t.common_parameters();
     let ground_height = t.input_real(
@@ -101,7 +98,7 @@ pub fn declare(with_tires: bool) -> (Table, Variables) {
     );
     t.range(hold, Some(0.0), None);
     let mut inputs = Vec::new();
-    for i in 1..=WHEELS {
+    for i in 1..=wheel_count {
         let w = format!("wheel[{i}]");
         let wrench = t.wrench(&w, false, "the wheel from the tire, about the wheel centre");
         let hub_mass =
@@ -203,7 +200,7 @@ pub fn declare(with_tires: bool) -> (Table, Variables) {
     t.depends_initially(mass, &loads);
     let handling_tires = with_tires.then(|| {
         let tires = t.parameter_string("tires", "internal", "internal: tires inside, on a rigid plane; external: none");
-        let forces = (1..=WHEELS)
+        let forces = (1..=wheel_count)
             .map(|i| {
                 [
                     ("longitudinal", "along the heading"),
