@@ -38,6 +38,26 @@ pub struct DemP {
     pub expected_overlap: f64,
     /// Critical step over sqrt(m*/k_n) at that overlap, at most 0.5 (1).
     pub step_factor: f64,
+    /// Soil far from every body sleeps: it stays as it is, and costs nothing. Null: nothing sleeps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sleep: Option<SleepOf>,
+}
+
+/// What may sleep.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SleepOf {
+    /// Distance along x from every body, at least ten greatest radii (m). What it does to the forces on a wheel is measured in
+    /// docs/benchmarks/dem.md.
+    pub distance: f64,
+    /// Mean kinetic energy of the grains over m g r below which soil is calm (1).
+    pub energy: f64,
+}
+
+impl Default for SleepOf {
+    fn default() -> Self {
+        Self { distance: 0.5, energy: 1e-4 }
+    }
 }
 
 impl Default for DemP {
@@ -57,6 +77,7 @@ impl Default for DemP {
             skin: s.skin,
             expected_overlap: s.expected_overlap,
             step_factor: s.step_factor,
+            sleep: None,
         }
     }
 }
@@ -147,6 +168,12 @@ impl DemP {
             self.step_factor,
             "above 0, at most 0.5",
         );
+        if let Some(s) = &self.sleep {
+            let least = 10.0 * soil.range().1;
+            let allowed = format!("a finite number of at least ten radii, {least} m");
+            f.check(s.distance.is_finite() && s.distance >= least, "dem_p.sleep.distance", s.distance, &allowed);
+            f.positive("dem_p.sleep.energy", s.energy);
+        }
         if self.law == Law::Flores && self.form == Form::Properties {
             f.check(soil.restitution > 0.0, "soil.restitution", soil.restitution, "above 0 for the law flores");
         }
@@ -222,6 +249,9 @@ impl Terrain {
             skin: p.skin,
             expected_overlap: p.expected_overlap,
             step_factor: p.step_factor,
+            sleep: p.sleep.map(|s| dem::Sleep { distance: s.distance, energy: s.energy }),
+            period: None,
+            follow: self.bed.follow,
         };
         if p.step.is_none() {
             let lightest: Vec<_> = self.lightest().iter().map(dem::Grain::row).collect();
@@ -280,6 +310,7 @@ impl Terrain {
             },
             others: self.soil.species.iter().enumerate().map(|(k, s)| self.species(k, s)).collect(),
             compaction: b.compaction.iter().map(compaction).collect(),
+            tile: b.tile,
         }
     }
 }

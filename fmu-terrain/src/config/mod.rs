@@ -270,6 +270,14 @@ pub struct Bed {
     /// What is done to the settled bed, one after the other; it settles again after each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub compaction: Vec<CompactionOf>,
+    /// Length of tiles that the bed is laid of (m), about: one is settled in a box without ends and laid as often as the box is long.
+    /// It makes large beds in minutes. Null: the bed is settled whole. Used by terrain_dem_p.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tile: Option<f64>,
+    /// The box follows the bodies along +x: where one of them comes nearer to the foremost tile than this (m), soil behind is taken away and
+    /// laid anew in front, a tile at a time. Needs tile; the box must be longer than the bodies, three tiles and this. Used by terrain_dem_p.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub follow: Option<f64>,
     /// Gravity x, y, z (m/s2).
     pub gravity: [f64; 3],
     /// Surface of the four side walls; null: as the soil, without adhesion.
@@ -293,6 +301,8 @@ impl Default for Bed {
             spacing: 1.05,
             placing: PlacingOf::Grid,
             compaction: Vec::new(),
+            tile: None,
+            follow: None,
             gravity: [0.0, 0.0, -9.81],
             walls: None,
             floor: None,
@@ -492,6 +502,18 @@ impl Bed {
                     f.within(&at("press.time"), *time, 0.0, 60.0);
                 }
             }
+        }
+        if let Some(tile) = self.tile {
+            let allowed = format!("twelve greatest radii, {} m, to a third of bed.length", 12.0 * greatest);
+            f.check(tile >= 12.0 * greatest && tile <= self.length / 3.0, "bed.tile", tile, &allowed);
+        }
+        if let Some(buffer) = self.follow {
+            f.check(self.tile.is_some(), "bed.follow", buffer, "only together with bed.tile");
+            let tile = self.tile.unwrap_or(0.0);
+            let allowed =
+                format!("above {} m, two greatest diameters, up to bed.length less three tiles", 4.0 * greatest);
+            let inside = buffer > 4.0 * greatest && buffer <= self.length - 3.0 * tile;
+            f.check(inside, "bed.follow", buffer, &allowed);
         }
         let g = self.gravity;
         f.check(g.iter().all(|x| x.is_finite()) && g[2] < 0.0, "bed.gravity", format!("{g:?}"), "finite, z below 0");

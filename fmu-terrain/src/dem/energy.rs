@@ -7,6 +7,7 @@ use super::engine::CpuEngine;
 use super::grains::{INV_M, MATERIAL, R, Row};
 use super::kernel::{Partner, World, contacts};
 use super::law::{Law, LawKind, dispatch_law};
+use super::period::rows_of;
 use super::slab::{Near, Scratch, Slab};
 use super::vec3::{dot, sub};
 use super::{contact::Slip, material::Pair};
@@ -19,11 +20,11 @@ impl CpuEngine {
 
     pub(super) fn show_contacts(&self, bodies: &[Body], observer: &mut dyn FnMut(usize, Partner, &Touched)) {
         // No batch kernel: it shows its contacts to nobody.
-        let (rows, walls) = (&self.state.rows, &self.setup.walls);
+        let (rows, walls) = (&self.state.rows, &self.walls[..]);
         let world = World { pairs: &self.pairs, walls, bodies, batch: None, options: self.still() };
         let mut show = Show { world: &world, rows, setup: &self.setup, to: observer };
         for slab in &self.state.slabs {
-            let rows = &rows[slab.first as usize..slab.halo as usize];
+            let rows = &rows_of(rows, slab, self.setup.period)[..];
             let (mut slab, mut scratch) = (slab.clone(), Scratch::default());
             dispatch_law!(self.setup.law, self.setup.form, law => {
                 if self.rolling {
@@ -41,7 +42,7 @@ impl CpuEngine {
         let options = self.still();
         let share = if self.setup.law == LawKind::Hooke { 0.5 } else { 0.4 };
         let of_slab = |slab: &Slab| {
-            let all = &self.state.rows[slab.first as usize..slab.halo as usize];
+            let all = &rows_of(&self.state.rows, slab, self.setup.period)[..];
             let own = &all[..slab.grains().len()];
             let free = || own.iter().filter(|r| r[INV_M] > 0.0);
             let kinetic: f64 = free().map(super::grains::kinetic_energy).sum();
@@ -73,7 +74,7 @@ impl CpuEngine {
             }
         }
         for w in &slab.walls {
-            let (row, wall) = (&rows[w.grain as usize - first], &self.setup.walls[w.wall as usize]);
+            let (row, wall) = (&rows[w.grain as usize - first], &self.walls[w.wall as usize]);
             let delta = row[R] - wall.distance(row);
             if delta > 0.0 && row[INV_M] > 0.0 {
                 let pair = self.pairs.get(row[MATERIAL] as usize, wall.material);
@@ -90,7 +91,7 @@ impl CpuEngine {
             return 0.0;
         }
         let mut sum = 0.0;
-        let walls = &self.setup.walls;
+        let walls = &self.walls[..];
         let world = World { pairs: &self.pairs, walls, bodies, batch: None, options: self.still() };
         let mut add = |_: usize, partner: Partner, c: &Touched| {
             if matches!(partner, Partner::Body(_)) {
@@ -103,7 +104,7 @@ impl CpuEngine {
             if !touched {
                 continue;
             }
-            let rows = &self.state.rows[slab.first as usize..slab.halo as usize];
+            let rows = &rows_of(&self.state.rows, slab, self.setup.period)[..];
             let mut part = Slab {
                 first: slab.first,
                 last: slab.last,

@@ -12,8 +12,10 @@ use super::kernel::Partner;
 use super::law::{Form, LawKind, Tangential};
 use super::limits;
 use super::material::{Material, PairOverride, PairTable};
-use super::rebuild::rebuild;
+use super::patch::walls;
+use super::rebuild::{Making, rebuild};
 use super::slab::{Near, Scratch};
+use super::sleep::Sleep;
 use super::team::Team;
 use super::vec3::Vec3;
 use super::wall::Wall;
@@ -55,6 +57,12 @@ pub struct Setup {
     pub expected_overlap: f64,
     /// Critical step = this x sqrt(m*/k_n) at that overlap. See [`limits`].
     pub step_factor: f64,
+    /// What may sleep; none: nothing.
+    pub sleep: Option<Sleep>,
+    /// Length after which the bed repeats itself along x (m), from half of it on both sides of the origin ([`super::period`]).
+    pub period: Option<f64>,
+    /// Distance of a driven body from the foremost tile (m) at which the box, a bed of tiles, moves on ([`super::patch`]); none: never.
+    pub follow: Option<f64>,
 }
 
 impl Default for Setup {
@@ -76,6 +84,9 @@ impl Default for Setup {
             skin: 0.15,
             expected_overlap: 0.05,
             step_factor: limits::STEP_FACTOR,
+            sleep: None,
+            period: None,
+            follow: None,
         }
     }
 }
@@ -124,6 +135,8 @@ pub struct CpuEngine {
     /// The skin of the lists (m).
     pub(super) skin: f64,
     pub(super) team: Arc<Team>,
+    /// Where the walls are now.
+    pub(super) walls: Vec<Wall>,
 }
 
 /// Advice when grains end up where they should not.
@@ -162,7 +175,14 @@ impl CpuEngine {
         let pairs = PairTable::new(&setup.materials, &setup.overrides);
         let rolling = pairs.any_rolling();
         let mut state = state;
-        state.stale |= rolling && state.slabs.iter().any(|s| s.roll.len() != s.other.len());
+        if setup.sleep.is_none() {
+            state.wake();
+        }
+        if rolling && state.slabs.iter().any(|s| s.roll.len() != s.other.len()) {
+            // All lists need room for what rolls.
+            state.wake();
+            state.stale = true;
+        }
         let isa = Isa::chosen().map_err(|why| {
             let given = std::env::var(ISA_VARIABLE).unwrap_or_default();
             DemError::parameter(ISA_VARIABLE, given, why)
@@ -171,7 +191,8 @@ impl CpuEngine {
         prefer_large_pages(&state.rows);
         let team = Arc::new(Team::new(threads)?);
         let skin = skin(&setup, &state);
-        Ok(Self { pairs, rolling, isa, batch, setup, state, scratch: Vec::new(), near: Vec::new(), skin, team })
+        let walls = walls(&setup.walls, state.moved());
+        Ok(Self { pairs, rolling, isa, batch, setup, state, scratch: Vec::new(), near: Vec::new(), skin, team, walls })
     }
 
     /// The instruction path that contacts are computed on.
@@ -224,7 +245,11 @@ impl CpuEngine {
         self.pairs = PairTable::new(&setup.materials, &setup.overrides);
         self.rolling = self.pairs.any_rolling();
         self.state.stale |= self.rolling && self.state.slabs.iter().any(|s| s.roll.len() != s.other.len());
+        if self.state.stale || setup.sleep.is_none() {
+            self.state.wake();
+        }
         self.setup = setup;
+        self.walls = walls(&self.setup.walls, self.state.moved());
         self.skin = skin(&self.setup, &self.state);
         if self.batch.is_some() {
             self.batch = BatchKernel::of(&self.setup, &self.pairs, &self.state.rows, self.isa);
@@ -257,7 +282,12 @@ impl CpuEngine {
 
     pub(super) fn rebuild(&mut self, hint: &'static str) -> Result<(), DemError> {
         self.near.clear();
-        rebuild(&mut self.state, self.skin, &self.setup.walls, self.rolling, &self.team, hint)
+        let (walls, period) = (&self.walls[..], self.setup.period);
+        // A quarter of the distance: the nearest slab that may sleep then does.
+        let longest = self.setup.sleep.map_or(f64::INFINITY, |s| 0.25 * s.distance);
+        let rolling = self.rolling;
+        let making = Making { skin: self.skin, walls, rolling, period, longest, team: &self.team, hint };
+        rebuild(&mut self.state, &making)
     }
 
     pub(super) fn options(&self) -> Options {
@@ -295,6 +325,7 @@ impl GrainEngine for CpuEngine {
     fn restore(&mut self, state: DemState) {
         self.near.clear();
         self.skin = skin(&self.setup, &state);
+        self.walls = walls(&self.setup.walls, state.moved());
         self.state = state;
     }
 

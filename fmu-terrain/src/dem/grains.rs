@@ -7,6 +7,7 @@
 use super::contact::Slip;
 use super::grid::Grid;
 use super::slab::{Slab, bytes};
+use super::tile::Tile;
 use super::vec3::{Vec3, dot};
 use serde::{Deserialize, Serialize};
 
@@ -123,6 +124,10 @@ pub struct DemState {
     pub body_work: f64,
     /// Energy (kinetic, potential, elastic) and body work when the account was opened (J).
     pub energy_account: Option<[f64; 2]>,
+    /// What the bed was laid with, if it was ([`super::tile`]).
+    pub tile: Option<Box<Tile>>,
+    /// How many tiles the box has moved on ([`super::patch`]).
+    pub tiles_moved: u32,
 }
 
 impl DemState {
@@ -159,8 +164,20 @@ impl DemState {
         self.slabs.iter().map(|s| s.walls.iter().filter(|w| w.slip[3] != 0.0).count() + s.bodies.len()).sum()
     }
 
+    /// Wakes all slabs ([`super::sleep`]).
+    pub fn wake(&mut self) {
+        self.slabs.iter_mut().for_each(|s| s.asleep = false);
+    }
+
+    /// Share of the grains that sleep (1).
+    pub fn asleep(&self) -> f64 {
+        let count: usize = self.slabs.iter().filter(|s| s.asleep).map(|s| s.grains().len()).sum();
+        count as f64 / self.rows.len().max(1) as f64
+    }
+
     /// Forgets the histories of all contacts: for a state that another engine left, to which they mean something else.
     pub fn forget_contacts(&mut self) {
+        self.wake();
         for s in &mut self.slabs {
             s.slip.fill(Slip::default());
             s.roll.fill([0.0; 3]);
@@ -191,6 +208,9 @@ impl DemState {
         }
         for s in &self.slabs {
             h.word(u64::from(s.first));
+            if s.asleep {
+                h.word(1);
+            }
             s.other.iter().for_each(|&j| h.word(u64::from(j)));
             s.slip.iter().flat_map(|s| s.0).for_each(|x: f64| h.word(x.to_bits()));
             s.roll.iter().flatten().for_each(|x| h.word(x.to_bits()));

@@ -4,10 +4,11 @@
 //! contiguous ranges, and a column of three cells in z is one range of grains in the search. (Measured on a throw-away
 //! kernel: Morton order is 15 % slower and rules slabs out.)
 
-use super::grains::Row;
+use super::grains::{DemState, Row};
 use super::team::Team;
 use super::vec3::Vec3;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Cells over a region. Grains outside belong to the nearest border cell, so that none is lost: clamping never moves
 /// two positions apart, so neighbours stay in neighbouring cells.
@@ -75,25 +76,49 @@ impl Grid {
     }
 }
 
-/// Grains sorted by cell, then grain number.
+/// Grains of a block of layers sorted by cell, then grain number.
 pub struct Sorted {
-    /// Old place of the grain at each new place.
+    /// Old place of the grain at each new place, both counted from the block's first grain.
     pub order: Vec<u32>,
-    /// First grain of each cell, one more than there are cells.
-    pub start: Vec<u32>,
+    /// First grain of each cell of the block, counted likewise; one more than there are cells.
+    start: Vec<u32>,
+    /// The block's first grain.
+    row: usize,
+    /// The block's first cell.
+    cell: usize,
 }
 
-/// Counting sort by cell, then by grain number within a cell.
-pub fn sort(grid: &Grid, rows: &[Row], ids: &[u32], team: &Team) -> Sorted {
+impl Sorted {
+    /// Place of the first grain of a cell of the block, or of what comes after its last.
+    #[inline]
+    pub fn first_of(&self, cell: usize) -> usize {
+        self.row + self.start[cell - self.cell] as usize
+    }
+
+    /// Where the grain at a place of the block was before.
+    #[inline]
+    pub fn old_place(&self, place: u32) -> u32 {
+        self.row as u32 + self.order[place as usize - self.row]
+    }
+}
+
+/// Counting sort by cell, then by grain number within a cell: the grains `block`, which all lie in `layers`.
+pub fn sort(grid: &Grid, state: &DemState, block: Range<usize>, layers: Range<usize>, team: &Team) -> Sorted {
     const CHUNK: usize = 2048;
+    let (rows, ids) = (&state.rows[block.clone()], &state.ids[block.clone()]);
+    let first = layers.start * grid.layer();
+    let cells = layers.len() * grid.layer();
     let mut cell = vec![0_u32; rows.len()];
     let chunks: Vec<_> = cell.chunks_mut(CHUNK).zip(rows.chunks(CHUNK)).collect();
     team.each(chunks, |(cell, rows)| {
         for (c, r) in cell.iter_mut().zip(rows) {
-            *c = grid.index(grid.place(&r[..3])) as u32;
+            let [x, y, z] = grid.place(&r[..3]);
+            // Nothing lies outside: but a place that did would write outside of what follows.
+            let x = x.clamp(layers.start, layers.end - 1);
+            *c = (grid.index([x, y, z]) - first) as u32;
         }
     });
-    let mut start = vec![0_u32; grid.cells() + 1];
+    let mut start = vec![0_u32; cells + 1];
     for &c in &cell {
         start[c as usize + 1] += 1;
     }
@@ -107,7 +132,7 @@ pub fn sort(grid: &Grid, rows: &[Row], ids: &[u32], team: &Team) -> Sorted {
         order[*at as usize] = i as u32;
         *at += 1;
     }
-    start.copy_within(0..grid.cells(), 1);
+    start.copy_within(0..cells, 1);
     start[0] = 0;
     for c in start.windows(2) {
         let cell = &mut order[c[0] as usize..c[1] as usize];
@@ -115,7 +140,7 @@ pub fn sort(grid: &Grid, rows: &[Row], ids: &[u32], team: &Team) -> Sorted {
             cell.sort_unstable_by_key(|&i| ids[i as usize]);
         }
     }
-    Sorted { order, start }
+    Sorted { order, start, row: block.start, cell: first }
 }
 
 #[cfg(test)]
@@ -142,8 +167,11 @@ mod tests {
     fn the_order_depends_on_positions_and_numbers_alone() {
         let rows = [row(2.5, 0.1, 0.1), row(0.1, 0.1, 0.1), row(0.2, 0.2, 0.2)];
         let (grid, team) = (Grid::around(&rows, [0.1; 3], [2.5, 0.2, 0.2], 1.0), Team::new(1).unwrap());
-        assert_eq!(sort(&grid, &rows, &[5, 9, 7], &team).order, [2, 1, 0]);
-        let turned = [rows[2], rows[0], rows[1]];
-        assert_eq!(sort(&grid, &turned, &[7, 5, 9], &team).order, [0, 2, 1]);
+        let order = |rows: [Row; 3], ids: [u32; 3]| {
+            let state = DemState { rows: rows.to_vec(), ids: ids.to_vec(), ..DemState::default() };
+            sort(&grid, &state, 0..3, 0..grid.n[0], &team).order
+        };
+        assert_eq!(order(rows, [5, 9, 7]), [2, 1, 0]);
+        assert_eq!(order([rows[2], rows[0], rows[1]], [7, 5, 9]), [0, 2, 1]);
     }
 }

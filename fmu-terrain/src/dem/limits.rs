@@ -68,6 +68,15 @@ pub fn check_rows(setup: &Setup, rows: &[Row]) -> Result<(), DemError> {
     positive("skin", setup.skin)?;
     positive("expected overlap", setup.expected_overlap)?;
     positive("step factor", setup.step_factor)?;
+    if let Some(length) = setup.period {
+        let least = super::period::LEAST * super::period::greatest(rows);
+        if !(length.is_finite() && length >= least) {
+            return Err(DemError::parameter("period", length, format!("a finite number of at least {least} m")));
+        }
+        if setup.sleep.is_some() {
+            return Err(DemError::parameter("sleep", "set", "none in a bed that repeats itself"));
+        }
+    }
     if setup.materials.is_empty() {
         return Err(DemError::parameter("materials", "an empty list", "at least one material"));
     }

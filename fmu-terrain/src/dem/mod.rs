@@ -17,13 +17,14 @@
 //! | file | job |
 //! |---|---|
 //! | [`grains`] | rows of 16 reals, the state |
-//! | [`grid`], [`rebuild`](mod@rebuild), [`slab`] | sort, pair lists, regions |
+//! | [`grid`], [`rebuild`](mod@rebuild), `search.rs`, [`slab`] | sort, pair lists, regions |
+//! | [`sleep`], `patch.rs` | what is far from every body; a box that follows a vehicle |
 //! | [`material`], [`law`], [`contact`] | what a contact does |
 //! | [`kernel`], [`batch`], [`wall`], [`body`], [`cylinder`] | loops over contacts |
 //! | [`obstacle`] | rigid bodies that are free to move |
 //! | [`engine`], `step.rs`, [`team`], [`limits`] | setup, the step, threads, the critical step |
 //! | [`diagnostics`], `energy.rs` | looking at contacts, energies |
-//! | [`sample`](mod@sample), [`place`], [`settle`](mod@settle), [`compact`], [`surface`] | making a bed and measuring it |
+//! | [`sample`](mod@sample), [`place`], [`settle`](mod@settle), [`compact`], [`tile`], [`period`], [`surface`] | making a bed and measuring it |
 //!
 //! **Invariants.** The order of grains, the lists, the number of slabs and every sum follow from the state alone: the
 //! same bits for any number of threads. The state is plain data, saved whole; engines and scratch memory hold
@@ -45,15 +46,20 @@ pub mod law;
 pub mod limits;
 pub mod material;
 pub mod obstacle;
+pub mod patch;
+pub mod period;
 pub mod place;
 pub mod rebuild;
 pub mod rng;
 pub mod sample;
+mod search;
 pub mod settle;
 pub mod slab;
+pub mod sleep;
 mod step;
 pub mod surface;
 pub mod team;
+pub mod tile;
 pub mod vec3;
 pub mod wall;
 
@@ -69,5 +75,6 @@ pub use obstacle::{FreeBody, FreeState, MassOf, Solid};
 pub use place::Placing;
 pub use sample::{Fill, Radii, Sample, Species, sample, sample_mixed};
 pub use settle::{BedReport, Recipe, Settle, Settled, prepare, prepare_with, settle};
+pub use sleep::Sleep;
 pub use surface::Surface;
 pub use wall::Wall;

@@ -4,30 +4,22 @@
 //! since the last rebuild. Histories are found by the old places of the two grains; where a pair's order has turned
 //! round, its history changes sign, since both displacement and rotation are relative to the first grain. A rebuild
 //! changes no force but for the order of sums.
+//!
+//! While slabs sleep ([`super::sleep`]), the grid stays and only *blocks* are made anew: the slabs that are awake, and those
+//! that sleep beside them, whose lists reach into what moves. A grain that comes into the layers of a sleeping slab wakes it. So
+//! what sleeps keeps its place in memory, and costs nothing.
 
-use super::contact::{Roll, Slip};
 use super::error::DemError;
-use super::grains::{DemState, INV_M, R, Row, X0};
+use super::grains::{DemState, R, Row, X0};
 use super::grid::{Grid, Sorted, sort};
-use super::slab::{Slab, WallPair, cut};
+use super::period;
+use super::search::Search;
+use super::slab::{Piece, Slab, cut};
 use super::team::Team;
 use super::vec3::Vec3;
 use super::wall::Wall;
+use std::borrow::Cow;
 use std::ops::Range;
-
-/// Where list making looks.
-struct Search<'a> {
-    rows: &'a [Row],
-    grid: &'a Grid,
-    sorted: &'a Sorted,
-    skin: f64,
-    walls: &'a [Wall],
-    rolling: bool,
-    old: &'a [Slab],
-}
-
-/// Two grains that overlap by more than is sound: places and overlap.
-type Deep = Option<(u32, u32, f64)>;
 
 /// Largest overlap taken for sound, as a fraction of the smaller radius.
 pub const DEEPEST: f64 = 0.5;
@@ -35,49 +27,179 @@ pub const DEEPEST: f64 = 0.5;
 /// Grains that one task checks or sorts at a time.
 const CHUNK: usize = 2048;
 
-/// Rebuilds the lists of `state`; `skin` (m) is absolute.
+/// A stretch of the bed that is made anew.
+struct Block {
+    /// Its slabs as they were.
+    slabs: Range<usize>,
+    rows: Range<usize>,
+    layers: Range<usize>,
+}
+
+/// What lists are made with.
+pub struct Making<'a> {
+    /// Skin (m).
+    pub skin: f64,
+    /// Walls.
+    pub walls: &'a [Wall],
+    /// Whether memories of rolling are kept.
+    pub rolling: bool,
+    /// Length after which the bed repeats itself along x ([`super::period`]).
+    pub period: Option<f64>,
+    /// Greatest length of a slab (m): what sleeps is whole slabs.
+    pub longest: f64,
+    /// Threads.
+    pub team: &'a Team,
+    /// Advice when something is wrong.
+    pub hint: &'static str,
+}
+
+/// Rebuilds the lists of `state`.
 ///
 /// # Errors
 /// A value that is not finite, a grain outside the walls, or grains deep inside each other.
-pub fn rebuild(
-    state: &mut DemState,
-    skin: f64,
-    walls: &[Wall],
-    rolling: bool,
-    team: &Team,
-    hint: &'static str,
-) -> Result<(), DemError> {
-    let survey = survey(state, walls, team, hint)?;
-    let grid = Grid::around(&state.rows, survey.low, survey.high, 2.0 * survey.largest + skin);
-    let sorted = sort(&grid, &state.rows, &state.ids, team);
+pub fn rebuild(state: &mut DemState, making: &Making) -> Result<(), DemError> {
+    if state.slabs.iter().any(|s| s.asleep) {
+        wake_entered(state);
+    }
+    let partly = state.slabs.iter().any(|s| s.asleep);
+    let survey = survey(state, making)?;
+    let blocks = if partly {
+        blocks(&state.slabs, state.grid.n[0])
+    } else {
+        let size = 2.0 * survey.largest + making.skin;
+        state.grid = match making.period {
+            Some(length) => Grid::periodic(survey.low, survey.high, size, length),
+            None => Grid::around(&state.rows, survey.low, survey.high, size),
+        };
+        vec![Block { slabs: 0..state.slabs.len(), rows: 0..state.rows.len(), layers: 0..state.grid.n[0] }]
+    };
+    let mut old = std::mem::take(&mut state.slabs);
+    let mut slabs = Vec::with_capacity(old.len() + 8);
+    let mut next = 0;
+    for block in &blocks {
+        slabs.extend(old[next..block.slabs.start].iter_mut().map(std::mem::take));
+        next = block.slabs.end;
+        make(state, block, &mut old[block.slabs.clone()], &mut slabs, making)?;
+    }
+    slabs.extend(old[next..].iter_mut().map(std::mem::take));
+    state.slabs = slabs;
+    state.stale = false;
+    state.rebuilds += 1;
+    Ok(())
+}
 
-    let touching = bodies_by_id(state);
-    permute(state, &sorted.order);
-    let layers: Vec<u32> = (0..=grid.n[0]).map(|x| sorted.start[x * grid.layer()]).collect();
-    let ranges = cut(&layers);
-    let old = std::mem::take(&mut state.slabs);
-    let search = Search { rows: &state.rows, grid: &grid, sorted: &sorted, skin, walls, rolling, old: &old };
-    let made = team.map(&ranges, |_, &range| search.slab(range));
-    let mut slabs = Vec::with_capacity(made.len());
-    for (slab, deep) in made {
+/// Wakes the sleeping slabs whose layers a grain that is awake has come into.
+fn wake_entered(state: &mut DemState) {
+    let mut entered = Vec::new();
+    let asleep = |layer: u32| {
+        let k = state.slabs.partition_point(|s| s.layers[1] <= layer);
+        state.slabs.get(k).filter(|s| s.asleep && s.layers[0] <= layer).map(|_| k)
+    };
+    for slab in state.slabs.iter().filter(|s| !s.asleep) {
+        for row in &state.rows[slab.grains()] {
+            let layer = state.grid.place(&row[..3])[0] as u32;
+            if layer < slab.layers[0] || layer >= slab.layers[1] {
+                entered.extend(asleep(layer));
+            }
+        }
+    }
+    entered.into_iter().for_each(|k| state.slabs[k].asleep = false);
+}
+
+/// The stretches of slabs that are awake or beside one that is.
+fn blocks(slabs: &[Slab], layers: usize) -> Vec<Block> {
+    let awake = |k: usize| slabs.get(k).is_some_and(|s| !s.asleep);
+    let anew = |k: usize| awake(k) || awake(k + 1) || k.checked_sub(1).is_some_and(awake);
+    let mut blocks: Vec<Block> = Vec::new();
+    for (k, s) in slabs.iter().enumerate().filter(|(k, _)| anew(*k)) {
+        let open = blocks.last_mut().filter(|b| b.slabs.end == k);
+        // Beyond the outermost slab there may be layers without grains.
+        let end = if k + 1 == slabs.len() { layers } else { s.layers[1] as usize };
+        if let Some(block) = open {
+            (block.slabs.end, block.rows.end, block.layers.end) = (k + 1, s.last as usize, end);
+        } else {
+            let start = if k == 0 { 0 } else { s.layers[0] as usize };
+            blocks.push(Block { slabs: k..k + 1, rows: s.grains(), layers: start..end });
+        }
+    }
+    blocks
+}
+
+/// Makes a block anew; its slabs are added to `slabs`.
+fn make(
+    state: &mut DemState,
+    block: &Block,
+    old: &mut [Slab],
+    slabs: &mut Vec<Slab>,
+    making: &Making,
+) -> Result<(), DemError> {
+    let grid = state.grid.clone();
+    let team = making.team;
+    let sorted = sort(&grid, state, block.rows.clone(), block.layers.clone(), team);
+    let touching = bodies_by_id(state, old);
+    permute(state, &sorted, block.rows.clone());
+    let from = block.layers.start;
+    let layers: Vec<u32> = (from..=block.layers.end).map(|x| sorted.first_of(x * grid.layer()) as u32).collect();
+    let most = ((making.longest / grid.size) as usize).max(1);
+    // Sleeping slabs keep their extent; what lies between them is cut anew.
+    let mut pieces: Vec<(Piece, Option<usize>)> = Vec::new();
+    let mut at = from;
+    for (k, s) in old.iter().enumerate().filter(|(_, s)| s.asleep) {
+        pieces.extend(cut(&layers, from, at..s.layers[0] as usize, most).into_iter().map(|p| (p, None)));
+        at = s.layers[1] as usize;
+        let halo = layers[(at + 1 - from).min(layers.len() - 1)];
+        pieces.push((Piece { first: s.first, last: s.last, halo, layers: s.layers }, Some(k)));
+    }
+    pieces.extend(cut(&layers, from, at..block.layers.end, most).into_iter().map(|p| (p, None)));
+
+    let mut images = Vec::new();
+    if let (Some(length), Some((last, _))) = (making.period, pieces.last_mut()) {
+        // Behind the end comes the beginning again.
+        images = period::images(&state.rows, layers[1], length);
+        last.halo += layers[1];
+    }
+
+    // A sleeping slab before one that sleeps, too, looks at nothing that moves.
+    let listed = |n: usize| pieces[n].1.is_none() || pieces.get(n + 1).is_some_and(|next| next.1.is_none());
+    let to_list: Vec<usize> = (0..pieces.len()).filter(|&n| listed(n)).collect();
+    let made = {
+        let Making { skin, walls, rolling, .. } = *making;
+        let rows = if images.is_empty() {
+            Cow::Borrowed(&state.rows[..])
+        } else {
+            Cow::Owned([&state.rows[..], &images].concat())
+        };
+        let search =
+            Search { rows: &rows, count: state.rows.len(), grid: &grid, sorted: &sorted, skin, walls, rolling, old };
+        team.map(&to_list, |_, &n| search.slab(&pieces[n].0))
+    };
+    let mut made = made.into_iter();
+    let begin = slabs.len();
+    for (n, (_, kept)) in pieces.iter().enumerate() {
+        if !listed(n) {
+            slabs.extend(kept.map(|k| std::mem::take(&mut old[k])));
+            continue;
+        }
+        let Some((mut slab, deep)) = made.next() else { continue };
         if let Some((i, j, overlap)) = deep {
-            let smaller = state.rows[i as usize][R].min(state.rows[j as usize][R]);
+            let [i, j] = [i, j].map(|k| k as usize % state.rows.len());
+            let smaller = state.rows[i][R].min(state.rows[j][R]);
             return Err(DemError::Interpenetration {
-                a: state.ids[i as usize],
-                b: state.ids[j as usize],
+                a: state.ids[i],
+                b: state.ids[j],
                 overlap,
                 allowed: DEEPEST * smaller,
                 time: state.time,
-                hint,
+                hint: making.hint,
             });
+        }
+        if let Some(k) = *kept {
+            slab.asleep = true;
+            slab.bodies = std::mem::take(&mut old[k].bodies);
         }
         slabs.push(slab);
     }
-    carry_bodies(touching, state, &grid, &sorted, &mut slabs);
-    state.slabs = slabs;
-    state.grid = grid;
-    state.stale = false;
-    state.rebuilds += 1;
+    carry_bodies(touching, state, &grid, &sorted, &mut slabs[begin..]);
     Ok(())
 }
 
@@ -88,13 +210,38 @@ struct Survey {
     largest: f64,
 }
 
-/// Checks all grains, and makes their positions those that lists are made at.
-fn survey(state: &mut DemState, walls: &[Wall], team: &Team, hint: &'static str) -> Result<Survey, DemError> {
-    let chunks: Vec<_> = state.rows.chunks_mut(CHUNK).collect();
-    let parts = team.map_each(chunks, |chunk: &mut [Row]| {
+/// Ranges of grains that are awake: all where nothing sleeps.
+fn awake(slabs: &[Slab], count: usize) -> Vec<Range<usize>> {
+    if slabs.iter().all(|s| !s.asleep) {
+        return std::iter::once(0..count).collect();
+    }
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    for s in slabs.iter().filter(|s| !s.asleep) {
+        match ranges.last_mut().filter(|r| r.end == s.first as usize) {
+            Some(range) => range.end = s.last as usize,
+            None => ranges.push(s.grains()),
+        }
+    }
+    ranges
+}
+
+/// Checks all grains that are awake, and makes their positions those that lists are made at.
+fn survey(state: &mut DemState, making: &Making) -> Result<Survey, DemError> {
+    let Making { walls, team, hint, period, .. } = *making;
+    let mut chunks = Vec::new();
+    let (mut rest, mut at) = (&mut state.rows[..], 0);
+    for range in awake(&state.slabs, rest.len()) {
+        let (here, behind) = std::mem::take(&mut rest)[range.start - at..].split_at_mut(range.len());
+        chunks.extend((range.start..).step_by(CHUNK).zip(here.chunks_mut(CHUNK)));
+        (rest, at) = (behind, range.end);
+    }
+    let parts = team.map_each(chunks, |(first, chunk): (usize, &mut [Row])| {
         let mut part = Survey { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3], largest: 0.0 };
         let mut wrong = None;
         for (k, r) in chunk.iter_mut().enumerate() {
+            if let Some(length) = period {
+                period::wrap(r, length);
+            }
             r.copy_within(0..3, X0);
             for c in 0..3 {
                 part.low[c] = part.low[c].min(r[c]);
@@ -105,15 +252,15 @@ fn survey(state: &mut DemState, walls: &[Wall], team: &Team, hint: &'static str)
             let finite = r.iter().sum::<f64>().is_finite() || r.iter().all(|x| x.is_finite());
             // Its centre behind a wall: nothing that a sound step does.
             if !finite || walls.iter().any(|w| w.distance(r) < 0.0) {
-                wrong = wrong.or(Some(k));
+                wrong = wrong.or(Some(first + k));
             }
         }
         (part, wrong)
     });
     let mut all = Survey { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3], largest: 0.0 };
-    for (n, (part, wrong)) in parts.into_iter().enumerate() {
+    for (part, wrong) in parts {
         if let Some(k) = wrong {
-            let (row, id) = (&state.rows[n * CHUNK + k], state.ids[n * CHUNK + k]);
+            let (row, id) = (&state.rows[k], state.ids[k]);
             if !row.iter().all(|x| x.is_finite()) {
                 return Err(DemError::NotFinite { id, time: state.time });
             }
@@ -128,14 +275,16 @@ fn survey(state: &mut DemState, walls: &[Wall], team: &Team, hint: &'static str)
     Ok(all)
 }
 
-/// Brings rows, numbers and forces into a new order, cycle by cycle in place: most grains stay where they are.
-fn permute(state: &mut DemState, order: &[u32]) {
+/// Brings rows, numbers and forces of a block into a new order, cycle by cycle in place: most grains stay where they are.
+fn permute(state: &mut DemState, sorted: &Sorted, block: Range<usize>) {
+    let order = &sorted.order;
+    let (rows, ids, force) = (&mut state.rows[block.clone()], &mut state.ids[block.clone()], &mut state.force[block]);
     let mut done = vec![false; order.len()];
     for start in 0..order.len() {
         if done[start] || order[start] as usize == start {
             continue;
         }
-        let held = (state.rows[start], state.ids[start], state.force[start]);
+        let held = (rows[start], ids[start], force[start]);
         let mut to = start;
         loop {
             done[to] = true;
@@ -143,21 +292,19 @@ fn permute(state: &mut DemState, order: &[u32]) {
             if from == start {
                 break;
             }
-            state.rows[to] = state.rows[from];
-            state.ids[to] = state.ids[from];
-            state.force[to] = state.force[from];
+            (rows[to], ids[to], force[to]) = (rows[from], ids[from], force[from]);
             to = from;
         }
-        (state.rows[to], state.ids[to], state.force[to]) = held;
+        (rows[to], ids[to], force[to]) = held;
     }
 }
 
 /// A touching pair with a body, its grain by number and place in space.
 type Touching = (u32, Vec3, super::slab::BodyPair);
 
-/// The touching pairs with bodies, before the grains change places.
-fn bodies_by_id(state: &DemState) -> Vec<Touching> {
-    let pairs = state.slabs.iter().flat_map(|s| &s.bodies);
+/// The touching pairs of slabs that are awake with bodies, before the grains change places.
+fn bodies_by_id(state: &DemState, old: &[Slab]) -> Vec<Touching> {
+    let pairs = old.iter().filter(|s| !s.asleep).flat_map(|s| &s.bodies);
     pairs
         .map(|p| {
             let row = &state.rows[p.grain as usize];
@@ -173,7 +320,7 @@ fn carry_bodies(touching: Vec<Touching>, state: &DemState, grid: &Grid, sorted: 
     }
     for (id, at, pair) in touching {
         let cell = grid.index(grid.place(&at));
-        let (from, to) = (sorted.start[cell] as usize, sorted.start[cell + 1] as usize);
+        let (from, to) = (sorted.first_of(cell), sorted.first_of(cell + 1));
         let Some(k) = state.ids[from..to].iter().position(|&i| i == id) else { continue };
         let grain = (from + k) as u32;
         let k = slabs.partition_point(|s| s.last <= grain);
@@ -182,157 +329,5 @@ fn carry_bodies(touching: Vec<Touching>, state: &DemState, grid: &Grid, sorted: 
     for s in slabs {
         // Stable: the touches of one grain keep their order.
         s.bodies.sort_by_key(|p| (p.body, p.grain));
-    }
-}
-
-impl Search<'_> {
-    fn slab(&self, [first, last, halo]: [u32; 3]) -> (Slab, Deep) {
-        let count = (last - first) as usize;
-        let mut slab = Slab { first, last, halo, extent: self.extent(first, last), ..Slab::default() };
-        slab.start.reserve(count + 1);
-        slab.start.push(0);
-        slab.other.reserve(4 * count);
-        slab.owner.reserve(4 * count);
-        let mut deep = None;
-        for i in first..last {
-            let row = &self.rows[i as usize];
-            self.partners(i, row, &mut slab, &mut deep);
-            slab.owner.resize(slab.other.len(), i);
-            slab.start.push(slab.other.len() as u32);
-        }
-        slab.other.shrink_to_fit();
-        slab.owner.shrink_to_fit();
-        self.histories(&mut slab);
-        self.near_walls(&mut slab);
-        (slab, deep)
-    }
-
-    fn extent(&self, first: u32, last: u32) -> [f64; 2] {
-        let rows = &self.rows[first as usize..last as usize];
-        rows.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
-            // Half the skin is what a grain may move; one step may take it further before that is noticed.
-            let reach = r[R] + self.skin;
-            [low.min(r[0] - reach), high.max(r[0] + reach)]
-        })
-    }
-
-    /// Lists the partners of grain `i` that come after it. Without a branch on each candidate, which no processor foresees.
-    fn partners(&self, i: u32, row: &Row, slab: &mut Slab, deep: &mut Deep) {
-        let ranges = self.ranges(i, row);
-        let candidates: usize = ranges.iter().map(Range::len).sum();
-        let before = slab.other.len();
-        slab.other.resize(before + candidates, 0);
-        let list = &mut slab.other[before..];
-        let mut count = 0;
-        let mut sound = true;
-        let moves = row[INV_M] > 0.0;
-        for range in ranges {
-            for (j, other) in range.clone().zip(&self.rows[range]) {
-                let d = [row[0] - other[0], row[1] - other[1], row[2] - other[2]];
-                let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-                let touch = row[R] + other[R];
-                let reach = touch + self.skin;
-                // Two fixed grains may lie as they like: they exert nothing on each other.
-                let near = (d2 < reach * reach) & (moves | (other[INV_M] > 0.0));
-                list[count] = j as u32;
-                count += usize::from(near);
-                let least = touch - DEEPEST * row[R].min(other[R]);
-                sound &= !(near & (d2 < least * least));
-            }
-        }
-        slab.other.truncate(before + count);
-        if !sound && deep.is_none() {
-            *deep = slab.other[before..].iter().find_map(|&j| {
-                let other = &self.rows[j as usize];
-                let d = [row[0] - other[0], row[1] - other[1], row[2] - other[2]];
-                let overlap = row[R] + other[R] - (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-                (overlap > DEEPEST * row[R].min(other[R])).then_some((i, j, overlap))
-            });
-        }
-    }
-
-    /// Takes the memories of the pairs over.
-    fn histories(&self, slab: &mut Slab) {
-        slab.slip = vec![Slip::default(); slab.other.len()];
-        if self.rolling {
-            slab.roll = vec![Roll::default(); slab.other.len()];
-        }
-        if self.old.is_empty() {
-            return;
-        }
-        // The slab where the last one was found: the next is in it nearly always.
-        let mut hint = 0;
-        for (p, (&i, &j)) in slab.owner.iter().zip(&slab.other).enumerate() {
-            let (oi, oj) = (self.sorted.order[i as usize], self.sorted.order[j as usize]);
-            let (one, two) = (oi.min(oj), oi.max(oj));
-            let Some(old) = self.old_slab(one, &mut hint) else { continue };
-            let Some(q) = old.pair(one, two) else { continue };
-            if old.slip[q][3] == 0.0 {
-                continue;
-            }
-            // Turned round where the order of the two has: both memories are relative to the first grain.
-            let sign = if oi < oj { 1.0 } else { -1.0 };
-            let s = &old.slip[q];
-            slab.slip[p] = Slip([sign * s[0], sign * s[1], sign * s[2], s[3]]);
-            if let (Some(to), Some(from)) = (slab.roll.get_mut(p), old.roll.get(q)) {
-                *to = from.map(|x| sign * x);
-            }
-        }
-    }
-
-    /// Lists the grains near walls.
-    fn near_walls(&self, slab: &mut Slab) {
-        let rows = &self.rows[slab.first as usize..slab.last as usize];
-        let mut hint = 0;
-        let mut near: Vec<(u32, u32)> = Vec::new();
-        for (k, wall) in (0_u32..).zip(self.walls) {
-            let grains = (slab.first..).zip(rows);
-            near.extend(grains.filter(|(_, r)| wall.distance(r) < r[R] + self.skin).map(|(i, _)| (i, k)));
-        }
-        near.sort_unstable();
-        let pair = |(grain, wall)| {
-            let (slip, roll) = self.wall_history(grain, wall, &mut hint).unwrap_or_default();
-            WallPair { grain, wall, slip, roll }
-        };
-        slab.walls = near.into_iter().map(pair).collect();
-    }
-
-    /// Ranges of grains after `i` that may be near it, ascending.
-    fn ranges(&self, i: u32, row: &Row) -> [Range<usize>; 5] {
-        let [cx, cy, cz] = self.grid.place(&row[..3]);
-        let n = self.grid.n;
-        let (z0, z1) = (cz.saturating_sub(1), (cz + 1).min(n[2] - 1));
-        let start = &self.sorted.start;
-        let column = |x: usize, y: usize, from: usize, to: usize| {
-            start[self.grid.index([x, y, from])] as usize..start[self.grid.index([x, y, to]) + 1] as usize
-        };
-        let mut ranges: [Range<usize>; 5] = Default::default();
-        ranges[0] = i as usize + 1..column(cx, cy, cz, z1).end;
-        if cy + 1 < n[1] {
-            ranges[1] = column(cx, cy + 1, z0, z1);
-        }
-        if cx + 1 < n[0] {
-            for (k, range) in ranges[2..].iter_mut().enumerate() {
-                if let Some(y) = (cy + k).checked_sub(1).filter(|&y| y < n[1]) {
-                    *range = column(cx + 1, y, z0, z1);
-                }
-            }
-        }
-        ranges
-    }
-
-    fn old_slab(&self, old: u32, hint: &mut usize) -> Option<&Slab> {
-        let holds = |s: &&Slab| s.first <= old && old < s.last;
-        self.old.get(*hint).filter(holds).or_else(|| {
-            *hint = self.old.partition_point(|s| s.last <= old);
-            self.old.get(*hint)
-        })
-    }
-
-    fn wall_history(&self, i: u32, wall: u32, hint: &mut usize) -> Option<(Slip, Roll)> {
-        let old = self.sorted.order[i as usize];
-        let walls = &self.old_slab(old, hint)?.walls;
-        let at = walls.binary_search_by_key(&(old, wall), |w| (w.grain, w.wall)).ok()?;
-        Some((walls[at].slip, walls[at].roll))
     }
 }

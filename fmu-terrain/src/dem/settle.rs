@@ -12,6 +12,7 @@ use super::material::PairTable;
 use super::place::Placing;
 use super::sample::{Fill, Sample, Species, sample_mixed};
 use super::surface::Surface;
+use super::tile::prepare_tiled;
 use serde::{Deserialize, Serialize};
 
 /// When a bed counts as settled.
@@ -111,13 +112,15 @@ pub struct Recipe {
     pub others: Vec<Species>,
     /// What is done to the settled bed, one after the other.
     pub compaction: Vec<Compaction>,
+    /// Length of the tiles that the bed is laid of (m); none: it is settled whole.
+    pub tile: Option<f64>,
 }
 
 impl Recipe {
     /// On a grid, of one species, as it settles.
     pub fn new(sample: Sample, settle: Settle, cohesion_time: f64) -> Self {
         let placing = Placing::default();
-        Self { sample, settle, cohesion_time, placing, others: Vec::new(), compaction: Vec::new() }
+        Self { sample, settle, cohesion_time, placing, others: Vec::new(), compaction: Vec::new(), tile: None }
     }
 }
 
@@ -146,6 +149,9 @@ pub fn prepare(
     threads: usize,
     progress: Progress,
 ) -> Result<(CpuEngine, BedReport), DemError> {
+    if let Some(length) = recipe.tile {
+        return prepare_tiled(setup, recipe, length, threads, progress);
+    }
     let adheres = PairTable::new(&setup.materials, &setup.overrides).any_adhesion();
     prepare_with(|grains: &[Grain]| CpuEngine::new(setup.clone(), grains, threads), adheres, recipe, progress)
 }

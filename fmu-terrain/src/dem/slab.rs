@@ -8,6 +8,7 @@
 
 use super::contact::{Roll, Slip};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use terramech_simd::Force;
 use terramech_simd::contact::Active;
 
@@ -52,6 +53,10 @@ pub struct Slab {
     pub last: u32,
     /// Place after the last grain of the halo.
     pub halo: u32,
+    /// First layer of cells, and the one after its last.
+    pub layers: [u32; 2],
+    /// It sleeps: its grains do not move ([`super::sleep`]).
+    pub asleep: bool,
     /// Least and greatest x that its grains reach until the next rebuild (m).
     pub extent: [f64; 2],
     /// Pairs of grain `first + k`: `other[start[k]..start[k + 1]]`.
@@ -99,19 +104,33 @@ pub(super) fn bytes<T>(v: &Vec<T>) -> usize {
     v.capacity() * size_of::<T>()
 }
 
-/// Cuts layers of constant x (`layer_start`: first grain of each, one more than layers) into slabs: (first, last, halo).
-pub fn cut(layer_start: &[u32]) -> Vec<[u32; 3]> {
-    let layers = layer_start.len() - 1;
+/// Where a slab is: its first grain, the one after its last, the one after its halo; its layers of cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Piece {
+    /// First grain.
+    pub first: u32,
+    /// After the last grain.
+    pub last: u32,
+    /// After the last grain of the halo.
+    pub halo: u32,
+    /// First layer, and the one after the last.
+    pub layers: [u32; 2],
+}
+
+/// Cuts the layers `stretch` of constant x into slabs. `start`: first grain of each layer from `first` on, one more than there are
+/// layers; they may go on behind the stretch, where the halo of its last slab is. No slab has more than `most` layers.
+pub fn cut(start: &[u32], first: usize, stretch: Range<usize>, most: usize) -> Vec<Piece> {
+    let grain = |layer: usize| start[(layer - first).min(start.len() - 1)];
     let mut slabs = Vec::new();
-    let mut from = 0;
-    while from < layers {
+    let mut from = stretch.start;
+    while from < stretch.end {
         let mut to = from + 1;
-        while to < layers && (layer_start[to] - layer_start[from]) < GRAINS_PER_SLAB as u32 {
+        while to < stretch.end && to - from < most && (grain(to) - grain(from)) < GRAINS_PER_SLAB as u32 {
             to += 1;
         }
-        let halo = layer_start[(to + 1).min(layers)];
-        if layer_start[to] > layer_start[from] {
-            slabs.push([layer_start[from], layer_start[to], halo]);
+        if grain(to) > grain(from) {
+            let layers = [from as u32, to as u32];
+            slabs.push(Piece { first: grain(from), last: grain(to), halo: grain(to + 1), layers });
         }
         from = to;
     }
@@ -172,16 +191,24 @@ impl Scratch {
 mod tests {
     use super::*;
 
+    fn places(start: &[u32]) -> Vec<[u32; 3]> {
+        cut(start, 0, 0..start.len() - 1, usize::MAX).iter().map(|p| [p.first, p.last, p.halo]).collect()
+    }
+
     #[test]
     fn slabs_are_whole_layers_and_halos_the_next_layer() {
         let layers: Vec<u32> = (0..=8).map(|k| k * 400).collect();
-        assert_eq!(cut(&layers), [[0, 1200, 1600], [1200, 2400, 2800], [2400, 3200, 3200]]);
+        assert_eq!(places(&layers), [[0, 1200, 1600], [1200, 2400, 2800], [2400, 3200, 3200]]);
+        // A stretch in the middle: its last slab looks at the layer behind it.
+        let middle = cut(&layers, 10, 12..15, 8);
+        assert_eq!(middle, [Piece { first: 800, last: 2000, halo: 2400, layers: [12, 15] }]);
+        assert_eq!(cut(&layers, 10, 12..15, 2).iter().map(|p| p.layers).collect::<Vec<_>>(), [[12, 14], [14, 15]]);
     }
 
     #[test]
     fn empty_layers_make_no_slab() {
-        assert_eq!(cut(&[0, 0, 5, 5]), [[0, 5, 5]]);
-        let far = cut(&[0, 2000, 2000, 4000]);
+        assert_eq!(places(&[0, 0, 5, 5]), [[0, 5, 5]]);
+        let far = places(&[0, 2000, 2000, 4000]);
         assert_eq!(far, [[0, 2000, 2000], [2000, 4000, 4000]]);
     }
 }

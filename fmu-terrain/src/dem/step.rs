@@ -12,8 +12,10 @@ use super::error::DemError;
 use super::grains::{INV_I, INV_M, Row, V, W, X0};
 use super::kernel::{World, contacts};
 use super::law::dispatch_law;
+use super::period;
 use super::slab::{Near, Scratch, Slab};
-use super::vec3::{Vec3, add};
+use super::sleep;
+use super::vec3::{Vec3, add, norm};
 use terramech_simd::{Cut, Force, Region, regions};
 
 /// Regions for each thread: so that one with a wheel in it does not keep the others waiting.
@@ -41,19 +43,17 @@ struct Task<'a> {
 
 impl CpuEngine {
     pub(super) fn step(&mut self, t: f64, bodies: &mut [Body], last: bool) -> Result<(), DemError> {
-        if self.state.stale {
-            self.rebuild(HINT)?;
-        }
         for b in &mut *bodies {
             b.shape.move_to(t);
             (b.force, b.moment) = ([0.0; 3], [0.0; 3]);
         }
+        self.renew(bodies)?;
         let h = self.setup.step;
         self.approach(h);
         self.sweep(bodies, Motion { h, gravity: self.setup.gravity, reach: 0.5 * self.skin, keep: last });
         let state = &mut self.state;
         state.wall_force.fill([0.0; 3]);
-        let walls = self.setup.walls.len();
+        let walls = self.walls.len();
         for s in &mut self.scratch {
             for (k, f) in s.wall_force.drain(..).enumerate() {
                 let sum = &mut state.wall_force[k % walls];
@@ -64,10 +64,28 @@ impl CpuEngine {
             }
         }
         let options = self.options();
-        super::obstacle::contact::step(bodies, &self.setup, &self.pairs, &options);
+        super::obstacle::contact::step(bodies, &self.setup, &self.walls, &self.pairs, &options);
         let state = &mut self.state;
         state.steps += 1;
         state.time += h;
+        Ok(())
+    }
+
+    /// New lists where they are due; wakes slabs and lets them sleep.
+    fn renew(&mut self, bodies: &mut [Body]) -> Result<(), DemError> {
+        let moved = self.follow(bodies)?;
+        let Some(sleep) = self.setup.sleep else {
+            return if self.state.stale { self.rebuild(HINT) } else { Ok(()) };
+        };
+        let (zones, gravity) = (sleep::zones(bodies), norm(self.setup.gravity));
+        sleep::wake(&mut self.state, &sleep, &zones);
+        let look = self.state.steps.is_multiple_of(sleep::LOOK);
+        if moved || self.state.stale || look && sleep::drowsy(&self.state, &sleep, &zones, gravity) {
+            if !moved {
+                self.rebuild(HINT)?;
+            }
+            sleep::settle(&mut self.state, &sleep, &zones, gravity);
+        }
         Ok(())
     }
 
@@ -76,7 +94,9 @@ impl CpuEngine {
     fn approach(&mut self, h: f64) {
         self.near.resize_with(self.state.slabs.len(), Near::default);
         for k in 0..self.near.len() {
-            let (own, next) = (self.near[k].speed, self.near.get(k + 1).map_or(0.0, |n| n.speed));
+            // Behind the last comes the first, where the bed repeats itself.
+            let next = self.near.get(k + 1).unwrap_or(&self.near[0]).speed;
+            let own = self.near[k].speed;
             self.near[k].slack -= h * (own + own.max(next)) * (1.0 + 1e-9);
         }
     }
@@ -84,14 +104,20 @@ impl CpuEngine {
     fn sweep(&mut self, bodies: &[Body], motion: Motion) {
         let options = self.options();
         let (setup, rolling, team) = (&self.setup, self.rolling, &self.team);
-        let world = World { pairs: &self.pairs, walls: &setup.walls, bodies, batch: self.batch.as_ref(), options };
+        let world = World { pairs: &self.pairs, walls: &self.walls, bodies, batch: self.batch.as_ref(), options };
         let state = &mut self.state;
+        let count = state.rows.len();
         let cuts: Vec<Cut> = state
             .slabs
             .iter()
-            .map(|s| Cut { first: s.first as usize, last: s.last as usize, halo: s.halo as usize })
+            .map(|s| Cut { first: s.first as usize, last: s.last as usize, halo: (s.halo as usize).min(count) })
             .collect();
-        let starts = starts(cuts.len(), team.threads());
+        let images = match (setup.period, state.slabs.last()) {
+            (Some(length), Some(last)) => period::images(&state.rows, last.halo - count as u32, length),
+            _ => Vec::new(),
+        };
+        let work = work(&state.slabs);
+        let starts = starts(&work, team.threads());
         self.scratch.resize_with(starts.len(), Scratch::default);
 
         let mut tasks = Vec::with_capacity(starts.len());
@@ -106,19 +132,29 @@ impl CpuEngine {
             tasks.push(Task { region, slabs: here, near: pairs, kept: forces, scratch });
         }
         dispatch_law!(setup.law, setup.form, law => team.each(tasks, |task| {
-            task.run(&cuts, motion, |rows, slab, near, scratch| if rolling {
-                contacts::<_, true>(law, &world, rows, slab, near, scratch, &mut ());
-            } else {
-                contacts::<_, false>(law, &world, rows, slab, near, scratch, &mut ());
+            task.run(&cuts, &work, motion, |rows, slab, near, scratch| {
+                let whole;
+                let rows = if slab.halo as usize > count {
+                    whole = [rows, &images[..]].concat();
+                    &whole[..]
+                } else {
+                    rows
+                };
+                if rolling {
+                    contacts::<_, true>(law, &world, rows, slab, near, scratch, &mut ());
+                } else {
+                    contacts::<_, false>(law, &world, rows, slab, near, scratch, &mut ());
+                }
             });
         }));
-        self.finish(&cuts, &starts, motion);
+        self.finish(&cuts, &starts, &work, motion);
     }
 
     /// Integrates the first slab of each region, whose forces are complete now.
-    fn finish(&mut self, cuts: &[Cut], starts: &[usize], motion: Motion) {
+    fn finish(&mut self, cuts: &[Cut], starts: &[usize], work: &[Work], motion: Motion) {
         let state = &mut self.state;
         let scratch = &self.scratch;
+        let periodic = self.setup.period.is_some();
         let mut tasks = Vec::with_capacity(starts.len());
         let (mut rows, mut kept, mut at) = (&mut state.rows[..], &mut state.force[..], 0);
         for (r, &s) in starts.iter().enumerate() {
@@ -128,28 +164,69 @@ impl CpuEngine {
             (rows, kept, at) = (rest, rest_kept, last);
             let slabs = starts.get(r + 1).map_or(cuts.len(), |next| *next) - s;
             let own = if slabs > 1 { &scratch[r].start } else { &scratch[r].force };
-            let before =
-                r.checked_sub(1).map_or(&[][..], |b| &scratch[b].force[cuts[s - 1].last - cuts[s - 1].first..]);
-            tasks.push((here, forces, &own[..], before));
+            // The region before ends with the slab before; before the first is the last, where the bed repeats itself.
+            let slab_before = s.checked_sub(1).or(periodic.then(|| cuts.len() - 1));
+            let before = slab_before.map_or(&[][..], |b| {
+                let region = r.checked_sub(1).unwrap_or(starts.len() - 1);
+                &scratch[region].force[cuts[b].last - cuts[b].first..]
+            });
+            if work[s] == Work::All {
+                tasks.push((here, forces, &own[..], before));
+            }
         }
         let done = self.team.map_each(tasks, |(rows, kept, own, before)| integrate(rows, kept, own, before, motion));
         state.stale = scratch.iter().any(|s| s.moved);
-        for (&s, (moved, speed)) in starts.iter().zip(done) {
+        for (&s, (moved, speed)) in starts.iter().filter(|&&s| work[s] == Work::All).zip(done) {
             state.stale |= moved;
             self.near[s].speed = speed;
         }
     }
 }
 
-/// First slabs of the regions.
-fn starts(slabs: usize, threads: usize) -> Vec<usize> {
+/// What is done to a slab in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Work {
+    /// Nothing: it sleeps, and so does what it looks at.
+    Nothing,
+    /// Contacts: it sleeps, but its halo moves.
+    Contacts,
+    /// Contacts and motion.
+    All,
+}
+
+fn work(slabs: &[Slab]) -> Vec<Work> {
+    let of = |(k, s): (usize, &Slab)| match slabs.get(k + 1) {
+        _ if !s.asleep => Work::All,
+        Some(next) if !next.asleep => Work::Contacts,
+        _ => Work::Nothing,
+    };
+    slabs.iter().enumerate().map(of).collect()
+}
+
+/// First slabs of the regions, which hold about the same number of slabs that are awake.
+fn starts(work: &[Work], threads: usize) -> Vec<usize> {
+    let awake = work.iter().filter(|w| **w == Work::All).count();
     let most = if threads > 1 { threads * REGIONS_PER_THREAD } else { 1 };
-    let count = slabs.min(most);
-    (0..count).map(|r| r * slabs / count).collect()
+    let count = awake.clamp(1, most).min(work.len());
+    let mut starts = Vec::with_capacity(count);
+    let mut seen = 0;
+    for (k, w) in work.iter().enumerate() {
+        if starts.len() < count && (k == 0 || *w == Work::All && seen * count >= starts.len() * awake) {
+            starts.push(k);
+        }
+        seen += usize::from(*w == Work::All);
+    }
+    starts
 }
 
 impl Task<'_> {
-    fn run(self, cuts: &[Cut], motion: Motion, contacts: impl Fn(&[Row], &mut Slab, &mut Near, &mut Scratch)) {
+    fn run(
+        self,
+        cuts: &[Cut],
+        work: &[Work],
+        motion: Motion,
+        contacts: impl Fn(&[Row], &mut Slab, &mut Near, &mut Scratch),
+    ) {
         let Self { region, slabs, near, kept, scratch } = self;
         let start = region.slabs().start;
         let first = cuts[start].first;
@@ -163,9 +240,15 @@ impl Task<'_> {
                     1 => std::mem::swap(&mut scratch.force, &mut scratch.start),
                     _ => std::mem::swap(&mut scratch.force, &mut scratch.before),
                 }
-                contacts(rows, &mut slabs[k - start], &mut near[k - start], scratch);
+                // Where nothing is done, the slab behind sleeps: nobody asks for these forces.
+                if work[k] != Work::Nothing {
+                    contacts(rows, &mut slabs[k - start], &mut near[k - start], scratch);
+                }
             },
             |(scratch, _, near, kept), k, rows| {
+                if work[k] != Work::All {
+                    return;
+                }
                 let before = if k - start == 1 { &scratch.start } else { &scratch.before };
                 // The slab before: its own grains, then its halo, which are this slab's first grains.
                 let halo = &before[cuts[k - 1].last - cuts[k - 1].first..];

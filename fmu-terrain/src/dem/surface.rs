@@ -8,7 +8,7 @@
 use super::grains::{DemState, R};
 use super::vec3::{Vec3, norm, scale};
 
-/// Heights over a box centred on the origin.
+/// Heights over a box centred on the origin, or as far from it along x as it has moved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     n: [usize; 2],
@@ -25,7 +25,7 @@ impl Surface {
         let along = |extent: f64| ((extent / (4.0 * mean)).floor() as usize).clamp(1, 1 << 12);
         let n = [along(length), along(width)];
         let cell = [length / n[0] as f64, width / n[1] as f64];
-        let mut s = Self { n, low: [-0.5 * length, -0.5 * width], cell, height: vec![0.0; n[0] * n[1]] };
+        let mut s = Self { n, low: [state.moved() - 0.5 * length, -0.5 * width], cell, height: vec![0.0; n[0] * n[1]] };
         for r in rows {
             if let Some(c) = s.cell_of(r[0], r[1]) {
                 s.height[c] = s.height[c].max(r[2] + r[R]);

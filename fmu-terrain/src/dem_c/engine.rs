@@ -14,7 +14,7 @@ use crate::dem::engine::Setup;
 use crate::dem::grains::{DemState, Grain, INV_M, R, V, W, X0, vec_at};
 use crate::dem::kernel::Partner;
 use crate::dem::material::PairTable;
-use crate::dem::rebuild::rebuild;
+use crate::dem::rebuild::{Making, rebuild};
 use crate::dem::team::Team;
 use crate::dem::vec3::{Vec3, add, add_scaled, dot, norm, sub};
 use crate::dem::{Body, DemError, GrainEngine};
@@ -236,7 +236,9 @@ impl ConeEngine {
         // Impulses may speed a grain up: twice the fastest is the most that a hit from behind gives.
         if self.state.stale || self.own.skin == 0.0 || self.own.moved + 2.0 * travel > 0.5 * self.own.skin {
             let skin = self.skin().max(6.0 * travel);
-            rebuild(&mut self.state, skin, &self.setup.walls, self.rolling, &self.team, HINT)?;
+            let (walls, rolling, team) = (&self.setup.walls[..], self.rolling, &*self.team);
+            let longest = f64::INFINITY;
+            rebuild(&mut self.state, &Making { skin, walls, rolling, period: None, longest, team, hint: HINT })?;
             (self.own.skin, self.own.moved) = (skin, 0.0);
         }
         Ok(())

@@ -210,27 +210,29 @@ impl<E: SoilEngine> GranularUnit<E> {
     /// A body that reaches over a side of the box runs into what is not simulated: told once; one beyond it is a fault.
     fn check_inside(&mut self, host: &Host, time: f64) -> Result<(), UnitError> {
         let Some(spec) = &self.spec else { return Ok(()) };
-        let half = [0.5 * spec.bed.length, 0.5 * spec.bed.width];
+        let moved = self.engine.as_ref().map_or(0.0, |e| e.state().moved());
+        let sides =
+            [(moved, spec.bed.length), (0.0, spec.bed.width)].map(|(at, size)| [at - 0.5 * size, at + 0.5 * size]);
         let driven = self.bodies.iter().take(BODIES).enumerate();
         for (k, body) in driven.filter(|(k, _)| self.own.slots[*k].kind != Kind::None) {
             let [low, high] = body.shape.bounds();
             let axes = [0, 1].into_iter().filter(|&c| low[c] <= high[c]);
-            for (c, beyond) in axes.map(|c| (c, low[c] > half[c] || high[c] < -half[c])) {
+            for (c, beyond) in axes.map(|c| (c, low[c] > sides[c][1] || high[c] < sides[c][0])) {
                 let (axis, name) = [("x", "bed.length"), ("y", "bed.width")][c];
                 let text = format!(
                     "body[{}] is from {axis} {:.4} to {:.4} m at {time:.4} s, and the box from {:.4} to {:.4} m",
                     k + 1,
                     low[c],
                     high[c],
-                    -half[c],
-                    half[c]
+                    sides[c][0],
+                    sides[c][1]
                 );
                 if beyond {
                     return Err(UnitError::input(format!(
                         "{text}: it has left the soil; take a larger {name}, or end the run earlier"
                     )));
                 }
-                if (low[c] < -half[c] || high[c] > half[c]) && !self.told_outside[k] {
+                if (low[c] < sides[c][0] || high[c] > sides[c][1]) && !self.told_outside[k] {
                     self.told_outside[k] = true;
                     host.log(LogCategory::Warning, &format!("{text}: part of it is over no soil (told once)"));
                 }
@@ -331,6 +333,8 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
                 bodies::publish(v, vars, body, step.size);
             }
         }
+        // A box that follows its bodies takes grains away and lays new ones.
+        v[self.vars.grain_count] = i32::try_from(engine.state().rows.len()).unwrap_or(i32::MAX);
         v[self.vars.inner_steps] = count.min(f64::from(i32::MAX)) as i32;
         if let (Some(report), Some(vars)) = (engine.solver(), self.vars.solver) {
             v[vars.iterations] = i32::try_from(report.iterations).unwrap_or(i32::MAX);

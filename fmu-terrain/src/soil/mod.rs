@@ -68,7 +68,8 @@ impl Soil {
         });
         // One pair list for all pairs of the soil; walls are each test's own.
         setup.walls.clear();
-        let recipe = spec.recipe();
+        (setup.sleep, setup.follow) = (None, None);
+        let recipe = Recipe { tile: None, ..spec.recipe() };
         Self { setup, recipe, smooth, diameter: 2.0 * spec.soil.range().1 }
     }
 

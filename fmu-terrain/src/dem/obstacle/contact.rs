@@ -12,6 +12,7 @@ use crate::dem::engine::Setup;
 use crate::dem::law::dispatch_law;
 use crate::dem::material::PairTable;
 use crate::dem::vec3::{Vec3, add, add_scaled, cross, dot, norm, scale, sub};
+use crate::dem::wall::Wall;
 use std::collections::BTreeMap;
 
 /// Radius of a driven body's surface points (m).
@@ -28,7 +29,7 @@ const WALLS: u32 = 1 << 16;
 
 /// Lets obstacles meet walls and driven bodies, and moves them on by a step. What the grains did to them is in `force` and
 /// `moment` of their bodies.
-pub fn step(bodies: &mut [Body], setup: &Setup, pairs: &PairTable, options: &Options) {
+pub fn step(bodies: &mut [Body], setup: &Setup, walls: &[Wall], pairs: &PairTable, options: &Options) {
     for o in 0..bodies.len() {
         if bodies[o].shape.as_free().is_none() {
             continue;
@@ -36,7 +37,7 @@ pub fn step(bodies: &mut [Body], setup: &Setup, pairs: &PairTable, options: &Opt
         // Taken out, so that the other bodies can be written to.
         let mut shape = std::mem::replace(&mut bodies[o].shape, Box::new(Nowhere));
         if let Some(free) = shape.as_free() {
-            one(free, o, bodies, setup, pairs, options);
+            one(free, o, bodies, (setup, walls), pairs, options);
         }
         bodies[o].shape = shape;
     }
@@ -55,7 +56,14 @@ impl Shape for Nowhere {
     }
 }
 
-fn one(free: &mut FreeBody, o: usize, bodies: &mut [Body], setup: &Setup, pairs: &PairTable, options: &Options) {
+fn one(
+    free: &mut FreeBody,
+    o: usize,
+    bodies: &mut [Body],
+    (setup, walls): (&Setup, &[Wall]),
+    pairs: &PairTable,
+    options: &Options,
+) {
     let (mut force, mut moment) = (bodies[o].force, bodies[o].moment);
     if free.now.asleep && norm(force) > WAKING * free.mass() * norm(setup.gravity) {
         free.now.asleep = false;
@@ -105,7 +113,7 @@ fn one(free: &mut FreeBody, o: usize, bodies: &mut [Body], setup: &Setup, pairs:
         }
     }
     let mut points = Vec::new();
-    for (w, wall) in (0_u32..).zip(&setup.walls) {
+    for (w, wall) in (0_u32..).zip(walls) {
         let height = dot(sub(centre, wall.point), wall.normal);
         if free.now.asleep || height > free.solid().reach() {
             continue;

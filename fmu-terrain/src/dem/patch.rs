@@ -1,0 +1,185 @@
+//! A moving patch: soil that has been driven over is taken away behind, and laid anew in front.
+//!
+//! The box is a bed of tiles ([`super::tile`]). When a body that is driven comes nearer to the foremost tile than the buffer, the whole box
+//! moves on by one tile: the grains of the hindmost tile's length are taken away, and two tiles are laid in front, one in the place of
+//! the foremost, whose end has slumped against the wall. Both are as the tile was settled. The box stays where it is when a body
+//! is over what would be taken away. It moves along +x only.
+//!
+//! Kinetic, potential and elastic energy of what is taken away and laid are kept out of the account of dissipated energy.
+
+use super::body::Body;
+use super::contact::{Roll, Slip};
+use super::engine::CpuEngine;
+use super::error::DemError;
+use super::grains::{DemState, R};
+use super::slab::BodyPair;
+use super::tile::{Tile, is_end};
+use super::vec3::Vec3;
+use super::wall::Wall;
+use std::collections::HashMap;
+
+impl DemState {
+    /// How far the box has moved along x (m).
+    pub fn moved(&self) -> f64 {
+        self.tile.as_ref().map_or(0.0, |t| f64::from(self.tiles_moved) * t.length)
+    }
+}
+
+/// The walls of a setup, ends moved on by `x` (m).
+pub(super) fn walls(of: &[Wall], x: f64) -> Vec<Wall> {
+    let moved = |w: &Wall| {
+        let mut w = *w;
+        w.point[0] += if is_end(&w) { x } else { 0.0 };
+        w
+    };
+    of.iter().map(moved).collect()
+}
+
+/// What contacts remember, by the numbers of the grains.
+#[derive(Default)]
+struct Memories {
+    pairs: HashMap<(u32, u32), (Slip, Roll)>,
+    walls: HashMap<(u32, u32), (Slip, Roll)>,
+    bodies: HashMap<u32, Vec<BodyPair>>,
+}
+
+impl Memories {
+    fn of(state: &DemState) -> Self {
+        let mut all = Self::default();
+        let id = |place: u32| state.ids[place as usize];
+        for s in &state.slabs {
+            for (p, (&i, &j)) in s.owner.iter().zip(&s.other).enumerate() {
+                if s.slip[p][3] != 0.0 {
+                    all.pairs.insert((id(i), id(j)), (s.slip[p], s.roll.get(p).copied().unwrap_or_default()));
+                }
+            }
+            for w in s.walls.iter().filter(|w| w.slip[3] != 0.0) {
+                all.walls.insert((id(w.grain), w.wall), (w.slip, w.roll));
+            }
+            for b in &s.bodies {
+                all.bodies.entry(id(b.grain)).or_default().push(*b);
+            }
+        }
+        all
+    }
+
+    /// Gives the contacts of a state made anew what they remembered.
+    fn give(&self, state: &mut DemState, old_walls: &[Wall]) {
+        let DemState { ids, slabs, .. } = state;
+        let id = |place: u32| ids[place as usize];
+        for s in slabs {
+            for p in 0..s.other.len() {
+                let (i, j) = (id(s.owner[p]), id(s.other[p]));
+                let found = self.pairs.get(&(i, j)).map(|m| (m, 1.0));
+                let Some(((u, rho), sign)) = found.or_else(|| self.pairs.get(&(j, i)).map(|m| (m, -1.0))) else {
+                    continue;
+                };
+                s.slip[p] = Slip([sign * u[0], sign * u[1], sign * u[2], u[3]]);
+                if let Some(roll) = s.roll.get_mut(p) {
+                    *roll = rho.map(|x| sign * x);
+                }
+            }
+            // The ends have moved away from what they touched.
+            let sides = s.walls.iter_mut().filter(|w| !is_end(&old_walls[w.wall as usize]));
+            for w in sides {
+                if let Some(&(slip, roll)) = self.walls.get(&(id(w.grain), w.wall)) {
+                    (w.slip, w.roll) = (slip, roll);
+                }
+            }
+            for place in s.first..s.last {
+                let known = self.bodies.get(&id(place)).into_iter().flatten();
+                s.bodies.extend(known.map(|b| BodyPair { grain: place, ..*b }));
+            }
+            s.bodies.sort_by_key(|b| (b.body, b.grain));
+        }
+    }
+}
+
+impl CpuEngine {
+    /// Moves the box on where a body that is driven is near its front; whether it did.
+    pub(super) fn follow(&mut self, bodies: &mut [Body]) -> Result<bool, DemError> {
+        let (Some(buffer), Some(tile)) = (self.setup.follow, &self.state.tile) else { return Ok(false) };
+        let length = tile.length;
+        let Some([back, front]) = self.ends() else { return Ok(false) };
+        let mut reach = [f64::INFINITY, f64::NEG_INFINITY];
+        for body in &mut *bodies {
+            if body.shape.as_free().is_some() {
+                continue;
+            }
+            let [low, high] = body.shape.bounds();
+            if (0..3).all(|c| low[c] <= high[c]) {
+                reach = [reach[0].min(low[0]), reach[1].max(high[0])];
+            }
+        }
+        let near = reach[1] > front - length - buffer;
+        if !near || !reach[0].is_finite() || reach[0] < back + 1.5 * length {
+            return Ok(false);
+        }
+        self.move_on(bodies, [back + length, front + length])?;
+        Ok(true)
+    }
+
+    /// Where the walls at the ends are (m).
+    pub(super) fn ends(&self) -> Option<[f64; 2]> {
+        let end = |side: f64| self.walls.iter().find(|w| w.normal[0] * side > 0.5).map(|w| w.point[0]);
+        Some([end(1.0)?, end(-1.0)?])
+    }
+
+    /// See [`Tile::remember`].
+    pub(super) fn remember_tiles(&mut self, fresh: u32) {
+        if let Some(tile) = self.state.tile.take() {
+            tile.remember(&mut self.state, fresh);
+            self.state.tile = Some(tile);
+        }
+    }
+
+    fn move_on(&mut self, bodies: &[Body], ends: [f64; 2]) -> Result<(), DemError> {
+        let before = self.state.energy_account.map(|_| self.energy(bodies));
+        let memories = Memories::of(&self.state);
+        let state = &mut self.state;
+        let Some(tile) = state.tile.take() else { return Ok(()) };
+        let Tile { length, rows: grains, .. } = &*tile;
+        let (count, greatest) = (grains.len() as u32, super::period::greatest(grains));
+        // The foremost tile, and where its place begins.
+        let tiles = ((ends[1] - ends[0]) / length).round() as u32;
+        let foremost = state.tiles_moved + tiles - 1;
+        let begin = ends[1] - 2.0 * length;
+        let stays = |row: &super::grains::Row, id: u32| {
+            row[0] - row[R] >= ends[0] && id / count < foremost && row[0] + row[R] < begin + 2.0 * greatest
+        };
+        let mut place = 0;
+        let keep: Vec<bool> = state.rows.iter().zip(&state.ids).map(|(r, id)| stays(r, *id)).collect();
+        let mut kept = || {
+            place += 1;
+            keep[place - 1]
+        };
+        state.rows.retain(|_| kept());
+        let mut with = keep.iter();
+        state.ids.retain(|_| with.next().is_some_and(|k| *k));
+        let mut with = keep.iter();
+        state.force.retain(|_| with.next().is_some_and(|k| *k));
+        for (number, x) in [(foremost, begin + 0.5 * length), (foremost + 1, begin + 1.5 * length)] {
+            for (row, id) in tile.lay(number, x, ends) {
+                state.rows.push(row);
+                state.ids.push(id);
+                state.force.push([0.0; 3] as Vec3);
+            }
+        }
+        state.tiles_moved += 1;
+        state.tile = Some(tile);
+        state.slabs.clear();
+        self.walls = walls(&self.setup.walls, self.state.moved());
+        self.rebuild("soil has come into the place where new soil is laid: take a larger buffer")?;
+        let walls = std::mem::take(&mut self.walls);
+        memories.give(&mut self.state, &walls);
+        self.walls = walls;
+        self.remember_tiles(foremost);
+        if let (Some(before), Some([energy, _])) = (before, self.state.energy_account) {
+            let change = self.energy(bodies) - before;
+            if let Some(account) = &mut self.state.energy_account {
+                account[0] = energy + change;
+            }
+        }
+        Ok(())
+    }
+}
