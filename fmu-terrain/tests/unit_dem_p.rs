@@ -1,5 +1,9 @@
 //! The model `terrain_dem_p` through the safe side of the interface.
 
+#[path = "common/terrain.rs"]
+mod terrain;
+
+use terrain::Terrain;
 use terramech_fmi2::instance::Instance;
 use terramech_mechanics::cylinder::Cylinder;
 
@@ -7,55 +11,15 @@ const H: f64 = 5e-4;
 const SMALL: &str =
     r#"{"soil": {"radius": {"equal": 0.006}}, "bed": {"length": 0.24, "width": 0.12, "fill": {"depth": 0.04}}}"#;
 
-struct Terrain(Instance);
-
 impl Terrain {
     fn new(specification: &str, threads: i32) -> Self {
-        let mut t = Self(Instance::new(fmu_terrain::dem_p::model(), None, Box::new(|_, text| println!("{text}"))));
-        t.string("specification", specification);
+        let mut t = Self::of(fmu_terrain::dem_p::model(), specification);
         let vr = t.vr("threads");
         t.0.set_integer(vr, threads).unwrap();
         t
     }
-    fn vr(&self, name: &str) -> u32 {
-        self.0.model().table.find(name).unwrap_or_else(|| panic!("no variable {name}")).0
-    }
-    fn string(&mut self, name: &str, value: &str) {
-        let vr = self.vr(name);
-        self.0.set_string(vr, value).unwrap();
-    }
-    fn set(&mut self, name: &str, x: f64) {
-        let vr = self.vr(name);
-        self.0.set_real(vr, x).unwrap();
-    }
-    fn xyz(&mut self, name: &str, x: [f64; 3]) {
-        ["x", "y", "z"].iter().zip(x).for_each(|(a, x)| self.set(&format!("{name}.{a}"), x));
-    }
-    fn get(&mut self, name: &str) -> f64 {
-        let vr = self.vr(name);
-        self.0.real(vr).unwrap()
-    }
-    fn get_xyz(&mut self, name: &str) -> [f64; 3] {
-        ["x", "y", "z"].map(|a| self.get(&format!("{name}.{a}")))
-    }
-    fn array(&mut self, name: &str) -> Vec<f64> {
-        let vr = self.vr(name);
-        self.0.real_array(vr).unwrap().to_vec()
-    }
-    fn integers(&mut self, name: &str) -> Vec<i32> {
-        let vr = self.vr(name);
-        self.0.integer_array(vr).unwrap().to_vec()
-    }
-    fn begin(&mut self) -> Result<(), String> {
-        self.0.setup(0.0, None).map_err(|e| e.message)?;
-        self.0.enter_initialization().map_err(|e| e.message)
-    }
-    fn start(&mut self) -> Result<(), String> {
-        self.begin()?;
-        self.0.exit_initialization().map_err(|e| e.message)
-    }
     fn step(&mut self, k: usize) -> Result<(), String> {
-        self.0.do_step(k as f64 * H, H).map_err(|e| e.message)
+        self.advance(k, H)
     }
     /// A wheel of radius 50 mm, width 40 mm as body 1, its lowest point `gap` above `height` at t = 0.
     fn wheel(&mut self, shape: Shape, time: f64, height: f64) {
@@ -410,4 +374,29 @@ fn an_obstacle_lies_on_the_bed_until_a_wheel_pushes_it_and_its_state_is_saved() 
     let e = Terrain::new(r#"{"obstacles": [{"shape": {"sphere": {"radius": -1}}, "position": [0, 0]}]}"#, 1);
     let e = { e }.begin().unwrap_err();
     assert!(e.contains("obstacles[0].shape.sphere.radius") && e.contains("exactly one of mass"), "{e}");
+}
+
+#[test]
+fn a_deforming_mesh_pushes_an_obstacle_and_feels_it() {
+    let spec = SMALL.replace(
+        r#""bed":"#,
+        r#""obstacles": [{"shape": {"sphere": {"radius": 0.06}}, "mass": 0.1, "position": [0.075, 0], "height": 0.2}], "bed":"#,
+    );
+    let push = |spec: &str| {
+        let mut t = Terrain::new(spec, 1);
+        t.string("body[1].shape", "mesh");
+        t.begin().unwrap();
+        // Far above the bed: nothing but the two.
+        t.wheel(Shape::Mesh, 0.0, 0.15);
+        t.0.exit_initialization().unwrap();
+        for k in 0..40 {
+            t.wheel(Shape::Mesh, k as f64 * H, 0.15);
+            t.step(k).unwrap();
+        }
+        (t.get_xyz("body[1].force"), t.array("obstacle.velocity"), t.integers("body[1].contact.index").len())
+    };
+    let (force, velocity, touched) = push(&spec);
+    assert!(velocity[0] > 0.1, "the sphere goes ahead of the wheel: {velocity:?}");
+    assert!(force[0] <= 0.0 && touched > 0 || velocity[0] > 0.2, "{force:?}, {touched} vertices");
+    assert_eq!(push(SMALL).0, [0.0; 3], "without it nothing touches");
 }

@@ -2,66 +2,31 @@
 
 #[path = "common/checks.rs"]
 mod checks;
+#[path = "common/terrain.rs"]
+mod terrain;
 
 use checks::relative;
 use std::path::{Path, PathBuf};
-use terramech_fmi2::instance::Instance;
+use terrain::Terrain;
 use terramech_mechanics::TriangleMesh;
 use terramech_mechanics::cylinder::Cylinder;
 
 const H: f64 = 1e-3;
 
-struct Terrain(Instance);
-
 impl Terrain {
     fn new(specification: &str) -> Self {
-        let mut t = Self(Instance::new(fmu_terrain::rigid::model(), None, Box::new(|_, _| {})));
-        t.string("specification", specification);
-        t
-    }
-    fn vr(&self, name: &str) -> u32 {
-        self.0.model().table.find(name).unwrap_or_else(|| panic!("no variable {name}")).0
-    }
-    fn string(&mut self, name: &str, value: &str) {
-        let vr = self.vr(name);
-        self.0.set_string(vr, value).unwrap();
-    }
-    fn set(&mut self, name: &str, x: f64) {
-        let vr = self.vr(name);
-        self.0.set_real(vr, x).unwrap();
-    }
-    fn get(&mut self, name: &str) -> f64 {
-        let vr = self.vr(name);
-        self.0.real(vr).unwrap()
-    }
-    fn xyz(&mut self, name: &str, x: [f64; 3]) {
-        ["x", "y", "z"].iter().zip(x).for_each(|(a, x)| self.set(&format!("{name}.{a}"), x));
-    }
-    fn get_xyz(&mut self, name: &str) -> [f64; 3] {
-        ["x", "y", "z"].map(|a| self.get(&format!("{name}.{a}")))
-    }
-    fn array(&mut self, name: &str) -> Vec<f64> {
-        let vr = self.vr(name);
-        self.0.real_array(vr).unwrap().to_vec()
-    }
-    fn put(&mut self, name: &str, x: &[f64]) {
-        let vr = self.vr(name);
-        self.0.set_real_array(vr, x).unwrap();
+        Self::of(fmu_terrain::rigid::model(), specification)
     }
     fn triangles(&mut self, mesh: &TriangleMesh) {
         let vr = self.vr("body[1].triangle");
         let t: Vec<i32> = mesh.triangles.iter().flatten().map(|&k| k as i32).collect();
         self.0.set_integer_array(vr, &t).unwrap();
     }
-    fn begin(&mut self) -> Result<(), String> {
-        self.0.setup(0.0, None).map_err(|e| e.message)?;
-        self.0.enter_initialization().map_err(|e| e.message)
-    }
     fn exit(&mut self) {
         self.0.exit_initialization().unwrap_or_else(|e| panic!("{}", e.message));
     }
     fn step(&mut self, k: usize) {
-        self.0.do_step(k as f64 * H, H).unwrap_or_else(|e| panic!("{}", e.message));
+        self.advance(k, H).unwrap();
     }
 }
 

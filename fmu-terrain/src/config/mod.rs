@@ -7,12 +7,14 @@ pub mod dem_p;
 pub mod obstacles;
 mod other;
 pub mod pairs;
+pub mod platform;
 
 pub use crate::rigid::config::Rigid;
 pub use dem_p::DemP;
 pub use obstacles::{Obstacle, ObstacleShape};
 pub use other::{DemC, Scm, Solver};
 pub use pairs::{MaterialName, PairValues};
+pub use platform::Platform;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -289,6 +291,9 @@ pub struct Bed {
     /// Time over which adhesion grows once the bed rests (s). Poured with it, grains would hang in loose clumps; the bed
     /// contracts as it grows, which the log reports.
     pub adhesion_time: f64,
+    /// Rigid run-up before the box, at -x.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub platform: Option<Platform>,
 }
 
 impl Default for Bed {
@@ -308,6 +313,7 @@ impl Default for Bed {
             floor: None,
             settle: Settle::default(),
             adhesion_time: 0.1,
+            platform: None,
         }
     }
 }
@@ -531,6 +537,9 @@ impl Bed {
             "finite, above least_time",
         );
         f.not_negative("bed.adhesion_time", self.adhesion_time);
+        if let Some(p) = &self.platform {
+            p.check(f);
+        }
     }
 }
 

@@ -227,6 +227,9 @@ impl Shape for Centred {
     fn positions(&self) -> &[Vec3] {
         self.mesh.positions()
     }
+    fn surface(&self, out: &mut Vec<(Vec3, Vec3)>) {
+        self.mesh.surface(out);
+    }
     fn set_centre(&mut self, at: Vec3, velocity: Vec3) {
         (self.given, self.now) = (Some((at, velocity)), at);
     }

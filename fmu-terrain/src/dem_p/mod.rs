@@ -6,6 +6,7 @@
 pub mod bed_file;
 pub mod bodies;
 pub mod outputs;
+mod platform;
 mod unit;
 
 pub use unit::{DemPUnit, GranularUnit};

@@ -50,11 +50,11 @@ pub fn obstacles(v: &mut Values, vars: &ObstacleVars, bodies: &mut [Body]) {
     *v.integers_mut(vars.mesh_triangle) = triangles;
 }
 
-/// Answers a set of probes.
+/// Answers a set of probes; `top` is the height of the platform, if the specification has one.
 ///
 /// # Errors
 /// A number of reals that is no multiple of 3.
-pub fn probes(v: &mut Values, vars: &ProbeVars, state: &DemState, spec: &Terrain) -> Result<(), UnitError> {
+pub fn probes(v: &mut Values, vars: &ProbeVars, state: &DemState, spec: &Terrain, top: f64) -> Result<(), UnitError> {
     let points = v.reals(vars.position);
     if !points.len().is_multiple_of(3) {
         return Err(UnitError::input(format!(
@@ -64,10 +64,12 @@ pub fn probes(v: &mut Values, vars: &ProbeVars, state: &DemState, spec: &Terrain
     }
     let points: Vec<[f64; 2]> = points.chunks_exact(3).map(|p| [p[0], p[1]]).collect();
     let surface = Surface::of(state, spec.bed.length, spec.bed.width);
-    fill(v.reals_mut(vars.height), points.iter().map(|p| surface.at(p[0], p[1]).unwrap_or(0.0)));
+    let platform = |p: &[f64; 2]| spec.bed.platform.filter(|x| x.carries(&spec.bed, p[0], p[1]));
+    let height = |p: &[f64; 2]| surface.at(p[0], p[1]).or(platform(p).map(|_| top)).unwrap_or(0.0);
+    fill(v.reals_mut(vars.height), points.iter().map(height));
     let up = [0.0, 0.0, 1.0];
     fill(v.reals_mut(vars.normal), points.iter().flat_map(|p| surface.normal(p[0], p[1]).unwrap_or(up)));
-    fill(v.reals_mut(vars.friction), points.iter().map(|_| spec.soil.friction));
+    fill(v.reals_mut(vars.friction), points.iter().map(|p| platform(p).map_or(spec.soil.friction, |x| x.friction)));
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 use super::bed_file::{self, BedFile};
 use super::bodies::{self, Kind, Slot};
 use super::outputs;
+use super::platform;
 use crate::config::dem_p::FIRST_OBSTACLE;
 use crate::config::{BODIES, Terrain};
 use crate::dem::grains::R;
@@ -50,6 +51,8 @@ struct Own {
     solids: Vec<Solid>,
     /// States of the obstacles when saved.
     obstacles: Vec<FreeState>,
+    /// The platform before the box.
+    platform: platform::Run,
 }
 
 #[derive(Serialize)]
@@ -207,12 +210,16 @@ impl<E: SoilEngine> GranularUnit<E> {
         Ok(())
     }
 
-    /// A body that reaches over a side of the box runs into what is not simulated: told once; one beyond it is a fault.
+    /// A body that reaches over a side of the box runs into what is not simulated: told once; one beyond it ends the run.
     fn check_inside(&mut self, host: &Host, time: f64) -> Result<(), UnitError> {
         let Some(spec) = &self.spec else { return Ok(()) };
         let moved = self.engine.as_ref().map_or(0.0, |e| e.state().moved());
-        let sides =
+        let mut sides =
             [(moved, spec.bed.length), (0.0, spec.bed.width)].map(|(at, size)| [at - 0.5 * size, at + 0.5 * size]);
+        // The platform stays where it is when the box follows its bodies.
+        if moved == 0.0 {
+            sides[0][0] -= spec.bed.platform.map_or(0.0, |p| p.length);
+        }
         let driven = self.bodies.iter().take(BODIES).enumerate();
         for (k, body) in driven.filter(|(k, _)| self.own.slots[*k].kind != Kind::None) {
             let [low, high] = body.shape.bounds();
@@ -220,7 +227,7 @@ impl<E: SoilEngine> GranularUnit<E> {
             for (c, beyond) in axes.map(|c| (c, low[c] > sides[c][1] || high[c] < sides[c][0])) {
                 let (axis, name) = [("x", "bed.length"), ("y", "bed.width")][c];
                 let text = format!(
-                    "body[{}] is from {axis} {:.4} to {:.4} m at {time:.4} s, and the box from {:.4} to {:.4} m",
+                    "body[{}] is from {axis} {:.4} to {:.4} m at {time:.4} s, and the ground from {:.4} to {:.4} m",
                     k + 1,
                     low[c],
                     high[c],
@@ -228,9 +235,8 @@ impl<E: SoilEngine> GranularUnit<E> {
                     sides[c][1]
                 );
                 if beyond {
-                    return Err(UnitError::input(format!(
-                        "{text}: it has left the soil; take a larger {name}, or end the run earlier"
-                    )));
+                    let reason = format!("{text}: it has left the soil; a larger {name} would take it further");
+                    return Err(UnitError::Ended { last_successful_time: time, reason });
                 }
                 if (low[c] < sides[c][0] || high[c] > sides[c][1]) && !self.told_outside[k] {
                     self.told_outside[k] = true;
@@ -253,11 +259,11 @@ impl<E: SoilEngine> GranularUnit<E> {
         if vr == vars.grain_id.vr() || grain.iter().any(|g| g.vr() == vr) {
             outputs::grain(v, vars, state, vr);
         } else if let Some(probe) = vars.probe_of(vr) {
-            outputs::probes(v, &probe, state, spec)?;
+            outputs::probes(v, &probe, state, spec, self.own.report.as_ref().map_or(0.0, |r| r.height))?;
         } else if vr == vars.kinetic_energy.vr() {
             v[vars.kinetic_energy] = state.kinetic_energy();
         } else if vr == vars.dissipated_energy.vr() {
-            v[vars.dissipated_energy] = engine.heat(&self.bodies);
+            v[vars.dissipated_energy] = engine.heat(&self.bodies) + self.own.platform.heat();
         } else if vr == vars.contact_count.vr() {
             v[vars.contact_count] = (state.grain_contacts() + state.boundary_contacts()) as i32;
         }
@@ -278,6 +284,7 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
                 .map_err(|e| UnitError::input(format!("{}: {e}", given.origin)))?,
             origin: given.origin,
             slots: vec![Slot::default(); BODIES],
+            platform: platform::Run::new(BODIES),
             solids: given.value.obstacles.iter().map(|o| o.solid(given.folder.as_deref())).collect::<Result<_, _>>()?,
             ..Own::default()
         };
@@ -328,10 +335,15 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
             .change_step(step.size / count)
             .and_then(|()| engine.advance(count as u32, &mut self.bodies))
             .map_err(|e| unit_error(e, true))?;
-        for ((body, vars), slot) in self.bodies.iter().zip(&self.vars.body).zip(&self.own.slots) {
-            if slot.kind != Kind::None {
-                bodies::publish(v, vars, body, step.size);
+        let (spec, own) = (self.spec.as_ref(), &mut self.own);
+        let top = own.report.as_ref().map_or(0.0, |r| r.height);
+        let driven = self.bodies.iter_mut().zip(&self.vars.body).zip(&mut own.slots).enumerate();
+        for (k, ((body, vars), slot)) in driven.filter(|(_, (_, slot))| slot.kind != Kind::None) {
+            if let Some(spec) = spec.filter(|s| s.bed.platform.is_some()) {
+                let friction = own.surfaces.get(k).map_or(spec.bodies.surface.friction, |s| s[0]);
+                own.platform.press(spec, top, (v, vars), (slot, k, friction), body, step.size)?;
             }
+            bodies::publish(v, vars, body, step.size);
         }
         // A box that follows its bodies takes grains away and lays new ones.
         v[self.vars.grain_count] = i32::try_from(engine.state().rows.len()).unwrap_or(i32::MAX);

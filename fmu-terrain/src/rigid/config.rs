@@ -157,11 +157,17 @@ impl Rigid {
         for (k, o) in self.obstacles.iter().enumerate() {
             o.check(&format!("rigid.obstacles[{k}]"), f);
         }
-        let c = &self.contact;
-        f.positive("rigid.contact.stiffness", c.stiffness);
-        f.positive("rigid.contact.damping_speed", c.damping_speed);
-        f.within("rigid.contact.tangential", c.tangential, 0.0, 1.0);
-        f.positive("rigid.contact.step", c.step);
+        self.contact.check("rigid.contact", f);
+    }
+}
+
+impl Penalty {
+    /// Collects faults of the block at `path`.
+    pub fn check(&self, path: &str, f: &mut Faults) {
+        f.positive(&format!("{path}.stiffness"), self.stiffness);
+        f.positive(&format!("{path}.damping_speed"), self.damping_speed);
+        f.within(&format!("{path}.tangential"), self.tangential, 0.0, 1.0);
+        f.positive(&format!("{path}.step"), self.step);
     }
 }
 

@@ -11,6 +11,7 @@ pub mod grid;
 pub mod ground;
 pub mod png;
 pub mod points;
+pub mod press;
 mod unit;
 
 pub use unit::RigidUnit;

@@ -1,6 +1,6 @@
 //! `examples/handling`: the HMMWV on rigid ground.
 
-use super::{Headline, Study};
+use super::study::{Headline, Study, Touch};
 
 const HMMWV: &str = "vehicle";
 const GROUND: &str = "terrain_rigid";
@@ -40,10 +40,12 @@ pub fn studies() -> Vec<Study> {
             description: "HMMWV on rigid ground: full throttle from rest, then full braking",
             vehicle: [HMMWV, "acceleration.json"],
             tire: fiala,
-            probes: 1,
+            touch: Touch::Probes(1),
             terrain: flat,
             time: [1e-3, 16.0],
             every: 0.01,
+            frames: 0.0,
+            obstacle: false,
             summary: ACCELERATION,
         },
         Study {
@@ -51,10 +53,12 @@ pub fn studies() -> Vec<Study> {
             description: "HMMWV on rigid ground: turn of 12 m radius at 7.5 m/s",
             vehicle: [HMMWV, "constant-radius.json"],
             tire: fiala,
-            probes: 1,
+            touch: Touch::Probes(1),
             terrain: flat,
             time: [1e-3, 15.0],
             every: 0.01,
+            frames: 0.0,
+            obstacle: false,
             summary: CIRCLE,
         },
         Study {
@@ -62,10 +66,12 @@ pub fn studies() -> Vec<Study> {
             description: "HMMWV on rigid ground: double lane change (track of ISO 3888-1) at 15 m/s, Magic Formula tires",
             vehicle: [HMMWV, "lane-change.json"],
             tire: ["tire_pac02", "tire-pac02.json"],
-            probes: 1,
+            touch: Touch::Probes(1),
             terrain: flat,
             time: [1e-3, 12.0],
             every: 0.01,
+            frames: 0.0,
+            obstacle: false,
             summary: LANE_CHANGE,
         },
         Study {
@@ -73,12 +79,14 @@ pub fn studies() -> Vec<Study> {
             description: "HMMWV on rigid ground: a half-round bar of 0.15 m across both tracks at 4 m/s",
             vehicle: [HMMWV, "half-round.json"],
             tire: fiala,
-            probes: 41,
+            touch: Touch::Probes(41),
             terrain: [GROUND, "ground-half-round.json"],
             // At 4 m/s the tires' lateral spring has little damping (speed over relaxation length, 2/s); the delay of the coupling
             // at 1 ms takes more than that away.
             time: [5e-4, 8.0],
             every: 0.005,
+            frames: 0.0,
+            obstacle: false,
             summary: HALF_ROUND,
         },
     ]
