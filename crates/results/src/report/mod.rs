@@ -12,6 +12,7 @@ mod page;
 mod plot;
 mod png;
 mod scale;
+mod scene;
 pub mod sections;
 mod side_view;
 mod silhouette;
@@ -19,6 +20,7 @@ mod standalone;
 mod svg;
 
 pub use plot::{Axis, Band, Level, Plot, Series, Style};
+pub use scene::{Scene, SceneMesh};
 pub use side_view::{Disc, SideView};
 
 use crate::csv::CsvTable;
