@@ -198,7 +198,8 @@ fn bare(plan: &Plan, kind: Kind, environment: &Arc<dyn Environment>) -> BareLoop
     for (i, c) in plan.components.iter().enumerate() {
         let fmu = &plan.fmus[c.fmu];
         let library = Library::open(fmu.library.as_ref().expect("a library")).expect("the library opens");
-        let made = Made { name: &c.name, guid: &fmu.model.guid, resources: fmu.unpacked.folder(), logging: false };
+        let resources = fmu.unpacked.folder();
+        let made = Made { name: &c.name, guid: &fmu.model.guid, resources, logging: false, variable_steps: true };
         let mut unit = Instance::new(&library, &made, Arc::clone(environment)).expect("an instance");
         unit.setup(0.0, None)
             .and_then(|()| unit.enter_initialization())

@@ -228,7 +228,7 @@ fn list(folder: &Path) -> Vec<(u64, PathBuf)> {
 pub fn newest(folder: &Path) -> Result<(Checkpoint, Vec<String>), Failure> {
     let mut remarks = Vec::new();
     for (_, path) in list(folder).into_iter().rev() {
-        let read = std::fs::read(&path).map_err(|e| format!("it cannot be read: {e}"));
+        let read = crate::files::read(&path, &path, u64::MAX).map_err(|fault| fault.to_string());
         match read.and_then(|bytes| Checkpoint::decode(&bytes)) {
             Ok(checkpoint) => return Ok((checkpoint, remarks)),
             Err(e) => remarks.push(format!("{}: {e}; the checkpoint before it is used", path.display())),

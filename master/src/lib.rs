@@ -18,10 +18,12 @@ pub mod coupling;
 pub mod decimal;
 pub mod description;
 pub mod fault;
+mod files;
 pub mod inspect;
 #[allow(unsafe_code)]
 pub mod loading;
 pub mod model_description;
+pub mod osp;
 pub mod pack;
 pub mod record;
 pub mod run;

@@ -259,3 +259,41 @@ fn a_run_that_rings_is_stopped_with_the_stable_step() {
     let (_, outcome) = run(&CASE_2, 0.012, 5000, BOND);
     assert!(outcome.bonds[0].energy.residual > 0.0);
 }
+
+/// Rows (communication points), energy residual and energy passed of a run of case 6.2 over 1 s.
+fn energy_of(step: f64, steps: u32, algorithm: &str) -> (usize, f64, f64) {
+    let (bench, outcome) = run(&CASE_2, step, steps, &format!("{algorithm}{BOND}"));
+    let energy = outcome.bonds[0].energy;
+    (bench.csv().time.len() - 1, energy.residual, energy.passed)
+}
+
+/// Section 4 of the paper on ECCO: with as many steps, a step that follows the residual makes less energy than one of fixed length.
+#[test]
+fn a_step_that_follows_the_energy_makes_less_of_it() {
+    let ecco = "<tm:Algorithm scheme=\"ecco\" tolerance=\"0.02\" longest=\"0.01\"/>";
+    let (steps, residual, passed) = energy_of(0.0001, 20_000, ecco);
+    let (_, fixed, _) = energy_of(2.0 / steps as f64, steps as u32, JACOBI);
+    println!("ecco: {steps} steps, residual {residual} J of {passed} J; fixed steps {fixed} J");
+    assert!(steps > 100 && steps < 10_000, "{steps}");
+    assert!(residual.abs() < 0.02 * passed, "{residual} of {passed}");
+    assert!(residual.abs() < fixed.abs(), "{residual} {fixed}");
+    // A tighter tolerance: more steps, less energy.
+    let tight = "<tm:Algorithm scheme=\"ecco\" tolerance=\"0.002\" longest=\"0.01\"/>";
+    let (more, less, _) = energy_of(0.0001, 20_000, tight);
+    println!("ecco, tight: {more} steps, residual {less} J");
+    assert!(more > steps && less.abs() < residual.abs(), "{more} {less}");
+}
+
+#[test]
+fn steps_that_vary_end_where_values_are_recorded() {
+    let ecco = "<tm:Algorithm scheme=\"ecco\" tolerance=\"0.05\" longest=\"0.01\"/>";
+    let bench = bench(&CASE_2, 0.0001, 1000, &format!("{ecco}{BOND}"));
+    // The recording of the bench itself is replaced by one with a period.
+    let text = std::fs::read_to_string(&bench.file).unwrap();
+    std::fs::write(&bench.file, text.replace("<tm:Recording>", "<tm:Recording every=\"0.004\">")).unwrap();
+    let outcome = bench.run(2);
+    assert!(matches!(outcome.end, End::Done), "{:?}", outcome.end);
+    let time = bench.csv().time;
+    assert_eq!(time.len(), 26);
+    assert!(time.iter().enumerate().all(|(i, t)| (t - 0.004 * i as f64).abs() < 1e-12), "{time:?}");
+}

@@ -213,3 +213,26 @@ fn a_resumed_run_may_go_further_than_it_was_meant_to() {
     let read = |run: &str| fs::read(bench.folder.path().join(run).join("results.csv")).unwrap();
     assert!(read("whole") == read("r"));
 }
+
+#[test]
+fn a_step_that_varies_is_resumed_to_the_same_bits() {
+    let first = [("m", "40"), ("k", "150000"), ("d", "0"), ("x0", "0.01")];
+    let second = [("m", "400"), ("k", "0"), ("d", "0"), ("cc", "15000"), ("dc", "1000")];
+    let parts = [part("first", "mass_first", &first), part("second", "mass_second", &second)];
+    let extras = "<tm:Algorithm scheme=\"ecco\" tolerance=\"0.02\" longest=\"0.01\"/>\
+        <tm:PowerBond name=\"spring\"><tm:Pair effortElement=\"second\" effortConnector=\"force\" flowElement=\"first\" \
+        flowConnector=\"velocity\"/></tm:PowerBond>";
+    let bench = Bench::new("0.0001", "0.6", &parts, &WIRES[..3], extras);
+    reference(&bench);
+    let run = |arguments: &[&str]| {
+        let out = terramech(&bench, arguments).output().unwrap();
+        assert!(out.status.success(), "{}", told(&out));
+    };
+    run(&["run", "system.ssd", "--out", "r", "--quiet", "--checkpoint-every", "0.12", "--stop-time", "0.3"]);
+    run(&["run", "--resume", "r", "--quiet", "--stop-time", "0.6"]);
+    let read = |run: &str| fs::read_to_string(bench.folder.path().join(run).join("results.csv")).unwrap();
+    let whole = read("whole");
+    let rows = whole.lines().count();
+    assert!((60..3000).contains(&rows), "{rows}");
+    assert!(whole == read("r"));
+}

@@ -71,8 +71,40 @@ fn a_panic_in_a_unit_is_a_failure_of_that_unit() {
 
 #[test]
 fn a_discarded_step_tells_how_far_it_came() {
-    let bench = trouble("discard", "0.5");
-    let words = ["fmi2Discard", "too fast", "up to t = 0.53125 s"];
+    let bench = trouble("stuck", "0.5");
+    let words = ["fmi2Discard", "stuck", "up to t = 0.5 s"];
+    assert_eq!(failed(&bench, &bench.run(1), ExitCode::Unit, &words), 5);
+}
+
+#[test]
+fn a_step_that_a_unit_breaks_off_is_gone_on_with_from_there() {
+    // 0.125 s in parts of 0.06, 0.06, 0.005; in quarters; in ever smaller parts of what is left.
+    for (mode, returns) in [("event", 16), ("fussy", 16), ("discard", 0)] {
+        let bench = trouble(mode, "0");
+        let outcome = bench.run(1);
+        assert_eq!(outcome.exit_code(), ExitCode::Done, "{mode}: {:?}", outcome.end);
+        let csv = bench.csv();
+        let value = csv.numbers("bad.value").unwrap();
+        assert_eq!(csv.time.len(), 9);
+        for (time, value) in csv.time.iter().zip(value).skip(1) {
+            assert!((time - value).abs() < 1e-9, "{mode}: {value} at {time}");
+        }
+        if returns > 0 {
+            assert_eq!(bench.log().matches("step discarded").count(), returns, "{mode}");
+        }
+    }
+}
+
+#[test]
+fn a_unit_with_steps_of_one_length_is_not_gone_on_with() {
+    let bench = trouble("event", "0.5");
+    bench.change_model("trouble", |xml| {
+        xml.replace(
+            "canHandleVariableCommunicationStepSize=\"true\"",
+            "canHandleVariableCommunicationStepSize=\"false\"",
+        )
+    });
+    let words = ["fmi2Discard", "an event", "up to t = 0.56 s", "canHandleVariableCommunicationStepSize"];
     assert_eq!(failed(&bench, &bench.run(1), ExitCode::Unit, &words), 5);
 }
 

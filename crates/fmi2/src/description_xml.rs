@@ -119,7 +119,7 @@ fn document(w: &mut W, model: &Model) -> std::io::Result<()> {
             &[
                 ("modelIdentifier", model.name.to_string()),
                 ("canHandleVariableCommunicationStepSize", "true".into()),
-                ("canInterpolateInputs", "false".into()),
+                ("canInterpolateInputs", model.interpolates_inputs.to_string()),
                 ("maxOutputDerivativeOrder", "0".into()),
                 ("canRunAsynchronuously", "false".into()),
                 ("canBeInstantiatedOnlyOncePerProcess", "false".into()),

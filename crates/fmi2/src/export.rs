@@ -352,8 +352,11 @@ exports! {
         Err(refuse("fmi2GetDirectionalDerivative: this unit provides no directional derivatives (providesDirectionalDerivative is false)"))
     }
     /// `fmi2SetRealInputDerivatives`.
-    fn set_real_input_derivatives("fmi2SetRealInputDerivatives"; _h, _vr: *const Vr, _n: usize, _order: *const Fmi2Integer, _value: *const Fmi2Real) {
-        Err(refuse("fmi2SetRealInputDerivatives: this unit does not interpolate its inputs (canInterpolateInputs is false)"))
+    fn set_real_input_derivatives("fmi2SetRealInputDerivatives"; h, vr: *const Vr, n: usize, order: *const Fmi2Integer, value: *const Fmi2Real) {
+        let f = "fmi2SetRealInputDerivatives";
+        // SAFETY: the caller's promise.
+        let (vr, order, value) = unsafe { (slice(f, "vr", vr, n)?, slice(f, "order", order, n)?, slice(f, "value", value, n)?) };
+        vr.iter().zip(order).zip(value).try_for_each(|((vr, order), x)| h.instance.set_derivative(*vr, *order, *x))
     }
     /// `fmi2GetRealOutputDerivatives`.
     fn get_real_output_derivatives("fmi2GetRealOutputDerivatives"; _h, _vr: *const Vr, _n: usize, _order: *const Fmi2Integer, _value: *mut Fmi2Real) {
@@ -395,8 +398,7 @@ exports! {
     fn get_real("fmi2GetReal"; h, vr: *const Vr, n: usize, value: *mut Fmi2Real) {
         // SAFETY: the caller's promise.
         let (vr, value) = unsafe { (slice("fmi2GetReal", "vr", vr, n)?, slice_mut("fmi2GetReal", "value", value, n)?) };
-        for (vr, to) in vr.iter().zip(value) { *to = h.instance.real(*vr)?; }
-        Ok(())
+        h.instance.reals(vr, value)
     }
     /// `fmi2GetInteger`.
     fn get_integer("fmi2GetInteger"; h, vr: *const Vr, n: usize, value: *mut Fmi2Integer) {
@@ -428,7 +430,7 @@ exports! {
     fn set_real("fmi2SetReal"; h, vr: *const Vr, n: usize, value: *const Fmi2Real) {
         // SAFETY: the caller's promise.
         let (vr, value) = unsafe { (slice("fmi2SetReal", "vr", vr, n)?, slice("fmi2SetReal", "value", value, n)?) };
-        vr.iter().zip(value).try_for_each(|(vr, x)| h.instance.set_real(*vr, *x))
+        h.instance.set_reals(vr, value)
     }
     /// `fmi2SetInteger`.
     fn set_integer("fmi2SetInteger"; h, vr: *const Vr, n: usize, value: *const Fmi2Integer) {

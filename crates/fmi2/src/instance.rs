@@ -5,7 +5,7 @@
 use crate::state::{self, Saved};
 use crate::types::*;
 use crate::unit::{LogCategory, Step, Unit, UnitError};
-use crate::values::{Value, Values};
+use crate::values::Values;
 use crate::variables::Variable;
 use crate::{Host, Model};
 use std::cell::RefCell;
@@ -20,7 +20,7 @@ pub enum Mode {
     Initialization,
     /// Between steps.
     StepComplete,
-    /// After a discarded step: the last successful time may be asked, nothing else but terminate.
+    /// After a discarded step: the last successful time may be asked, and a step from there may follow unless the unit has ended the run.
     StepFailed,
     /// After `fmi2Terminate`.
     Terminated,
@@ -70,8 +70,6 @@ pub type ProgressSink = Box<dyn FnMut(&str, f64) -> bool>;
 /// An instance of a model.
 pub struct Instance {
     model: Model,
-    /// Per variable, what a get or set of a Real between steps may skip: see [`access::quick`].
-    quick: Vec<u8>,
     unit: Box<dyn Unit>,
     values: Values,
     mode: Mode,
@@ -99,7 +97,6 @@ impl Instance {
         Self {
             unit: model.unit(),
             values: Values::new(&model.table),
-            quick: model.table.variables().iter().map(access::quick).collect(),
             model,
             mode: Mode::Instantiated,
             experiment: None,
@@ -164,7 +161,8 @@ impl Instance {
                 UnitError::Discard { last_successful_time, .. } | UnitError::Ended { last_successful_time, .. } => {
                     self.mode = Mode::StepFailed;
                     self.ended = matches!(e, UnitError::Ended { .. });
-                    self.last_successful_time = *last_successful_time;
+                    // By the contract of the trait the unit stands there now.
+                    (self.last_successful_time, self.time) = (*last_successful_time, *last_successful_time);
                     FMI2_DISCARD
                 }
                 UnitError::Input(_) | UnitError::Environment(_) | UnitError::Cancelled(_) | UnitError::State(_) => {
@@ -254,7 +252,8 @@ impl Instance {
     /// # Errors
     /// Wrong mode, a time that is not where the instance is, a step that is not positive, or the unit's error.
     pub fn do_step(&mut self, time: f64, size: f64) -> Call {
-        self.require("fmi2DoStep", &[Mode::StepComplete])?;
+        let allowed = [Mode::StepComplete, Mode::StepFailed];
+        self.require("fmi2DoStep", if self.ended { &allowed[..1] } else { &allowed })?;
         if !(size.is_finite() && size > 0.0) {
             return Err(Refused::error(format!("fmi2DoStep: step size {size} s; allowed: finite and positive")));
         }
@@ -266,7 +265,9 @@ impl Instance {
             )));
         }
         let r = self.unit.step(&mut self.values, host!(self), Step { time, size });
+        self.values.forget_derivatives();
         self.take("fmi2DoStep", r)?;
+        self.mode = Mode::StepComplete;
         self.time = time + size;
         self.last_successful_time = self.time;
         Ok(())
@@ -291,13 +292,13 @@ impl Instance {
         self.require("fmi2GetFMUstate", &modes)?;
         let r = self.unit.save();
         let unit = self.take("fmi2GetFMUstate", r)?;
-        let keep = |(v, x): (&Variable, &Value)| (!v.not_in_state).then(|| x.clone());
+        let keep = |(i, v): (usize, &Variable)| (!v.not_in_state).then(|| self.values.value(i));
         let saved = Saved {
             guid: self.model.guid(),
             stage: modes.iter().position(|m| *m == self.mode).unwrap_or(0) as u8,
             time: self.time,
-            values: self.model.table.variables().iter().zip(&self.values.values).map(keep).collect(),
-            locked: self.values.locks.iter().map(Option::is_some).collect(),
+            values: self.model.table.variables().iter().enumerate().map(keep).collect(),
+            locked: self.values.locked(),
             unit,
         };
         let r = state::encode(&saved);
@@ -324,8 +325,15 @@ impl Instance {
             return Err(Refused::error("fmi2SetFMUstate: the state has another number of variables"));
         }
         for (i, (value, locked)) in saved.values.into_iter().zip(&saved.locked).enumerate() {
-            values.values[i] = value.unwrap_or_else(|| self.values.values[i].clone());
-            values.locks[i] = locked.then_some("the restored state was computed with it");
+            // A value of another type would be met later, where types are no longer asked for.
+            if value.as_ref().is_some_and(|v| !v.is_like(&values.values[i])) {
+                let v = &self.model.table.variables()[i];
+                return Err(Refused::error(format!("fmi2SetFMUstate: the state has a value of another type for {v}")));
+            }
+            values.put_value(i, value.unwrap_or_else(|| self.values.value(i)));
+            if *locked {
+                values.lock([i as u32], "the restored state was computed with it");
+            }
         }
         let mut unit = self.model.unit();
         match unit.restore(&mut values, &saved.unit) {

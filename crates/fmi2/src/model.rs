@@ -19,6 +19,8 @@ pub struct Model {
     pub default_step: f64,
     /// Stop time other tools may start with (s).
     pub default_stop: f64,
+    /// Whether its units use derivatives of inputs ([`crate::Values::derivative`]).
+    pub interpolates_inputs: bool,
     /// Share of the cores relative to other units, for the master's default (a granular terrain 100, a vehicle 1).
     pub weight: f64,
     /// `resources/specification.json`.
@@ -44,6 +46,7 @@ impl Model {
             table,
             default_step: 1e-3,
             default_stop: 1.0,
+            interpolates_inputs: false,
             weight: 1.0,
             default_specification: "{}".into(),
             schema: serde_json::json!({}),

@@ -9,6 +9,7 @@ pub mod block;
 pub mod feedthrough;
 pub mod masses;
 pub mod relay;
+pub mod smooth;
 pub mod trouble;
 
 use terramech_fmi2::Model;
@@ -25,5 +26,7 @@ pub fn models() -> Vec<Model> {
         block::lag_model(),
         block::block_model(),
         trouble::model(),
+        smooth::parabola_model(),
+        smooth::smooth_model(),
     ]
 }

@@ -48,6 +48,19 @@ impl Unit for Trouble {
                 last_successful_time: step.time + 0.25 * step.size,
                 reason: "too fast".into(),
             }),
+            // Takes steps of up to 0.06 s and breaks longer ones off there, as a unit does that meets an event.
+            "event" if step.size > 0.06 => {
+                let reached = step.time + 0.06;
+                v[self.0.value] = reached;
+                Err(UnitError::Discard { last_successful_time: reached, reason: "an event".into() })
+            }
+            // Does not even begin a step that is longer than 0.04 s.
+            "fussy" if step.size > 0.04 => {
+                v[self.0.value] = step.time;
+                Err(UnitError::Discard { last_successful_time: step.time, reason: "too long a step".into() })
+            }
+            // Gets nowhere, however small the step.
+            "stuck" => Err(UnitError::Discard { last_successful_time: step.time, reason: "stuck".into() }),
             "panic" => panic!("the spring broke at 100 %"),
             "nan" => {
                 v[self.0.value] = f64::NAN;
@@ -82,7 +95,7 @@ pub fn model() -> Model {
     let mode = t.parameter_string(
         "mode",
         "",
-        "early, late, disk, settle, input, numerical, discard, panic, nan, end, talk, slow, hang",
+        "early, late, disk, settle, input, numerical, discard, event, fussy, stuck, panic, nan, end, talk, slow, hang",
     );
     let at = t.parameter_real("at", 0.0, "s", "When");
     let value = t.output_real("value", "s", "Time reached");

@@ -21,7 +21,7 @@ const FREE: u64 = 1 << 20;
 /// # Errors
 /// What the system says.
 pub fn sha256_of_file(path: &Path) -> io::Result<String> {
-    hash(&mut File::open(path)?)
+    hash(&mut crate::files::open(path)?.0)
 }
 
 fn hash(file: &mut File) -> io::Result<String> {
@@ -56,8 +56,7 @@ pub fn unpack(path: &Path, limits: Limits) -> Result<Unpacked, Fault> {
     let unreadable = |e: io::Error| of_file(&archive_name, FaultKind::Unreadable { reason: e.to_string() });
     let machine = |e: io::Error| of_file(&archive_name, FaultKind::Environment { reason: format!("unpacking: {e}") });
 
-    let mut file = File::open(path).map_err(unreadable)?;
-    let length = file.metadata().map_err(unreadable)?.len();
+    let (mut file, length) = crate::files::open(path).map_err(unreadable)?;
     let sha256 = hash(&mut file).map_err(unreadable)?;
     file.seek(SeekFrom::Start(0)).map_err(unreadable)?;
     let count = declared_entries(&mut file, length).map_err(unreadable)?;

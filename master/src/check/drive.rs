@@ -15,10 +15,13 @@ use crate::unit::{Linear, Relation, Unit, relate};
 pub fn drives(system: &System<'_>, path: Option<&Path>, connections: &[Connection], faults: &mut Faults) -> Vec<Drive> {
     let Some(path) = path else { return Vec::new() };
     let place = Place::file(path);
-    let table = match CsvTable::read(path) {
+    let read = crate::files::open(path)
+        .map_err(|e| e.to_string())
+        .and_then(|_| CsvTable::read(path).map_err(|e| e.to_string()));
+    let table = match read {
         Ok(table) => table,
-        Err(e) => {
-            faults.add(&place, "", FaultKind::Unreadable { reason: e.to_string() });
+        Err(reason) => {
+            faults.add(&place, "", FaultKind::Unreadable { reason });
             return Vec::new();
         }
     };

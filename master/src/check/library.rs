@@ -116,15 +116,10 @@ pub fn open_fmu(path: &Path, need_library: bool, faults: &mut Faults) -> Option<
 fn read_model(file: &Path, name: &Path, faults: &mut Faults) -> Option<ModelDescription> {
     let limit = crate::xml::Limits::default().bytes;
     let read = || -> Result<Vec<u8>, Fault> {
-        let unreadable = |e: std::io::Error| of_file(name, FaultKind::Unreadable { reason: e.to_string() });
         if !file.exists() {
             return Err(of_file(name.parent().unwrap_or(name), FaultKind::NoModelDescription));
         }
-        let length = fs::metadata(file).map_err(unreadable)?.len();
-        if length > limit {
-            return Err(of_file(name, FaultKind::TooMuch { what: "bytes", given: length, allowed: limit }));
-        }
-        fs::read(file).map_err(unreadable)
+        crate::files::read(file, name, limit)
     };
     match read() {
         Ok(bytes) => model_description::read(&bytes, name, faults),

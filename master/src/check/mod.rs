@@ -1,11 +1,12 @@
 //! From a description and the models of its FMUs to a validated [`plan::Plan`], or every fault at once.
 //!
 //! [`plan()`] reads and opens everything and joins it. Each part of the check has its file: `library` opens FMUs, `values`
-//! turns parameters into settings, `connections` and `arrays` resolve connections, `steps` times, `recording` what is
+//! turns parameters into settings, `connections` and `arrays` resolve connections, `bonds` what power passes through them, `steps` times, `recording` what is
 //! written, [`order`] the exchange in initialisation mode.
 
 mod algorithm;
 mod arrays;
+mod bonds;
 mod connections;
 mod drive;
 mod library;
@@ -72,13 +73,36 @@ impl Default for Options {
 pub fn plan(path: &Path, options: &Options) -> Result<Plan, Faults> {
     let mut faults = Faults::new();
     let Some(mut description) = description::read(path, &mut faults) else { return Err(faults) };
+    let own: Vec<(String, String)> =
+        description.components.iter().map(|c| (c.name.clone(), c.source.clone())).collect();
     for text in &options.swap {
         description.swap(text, &mut faults);
     }
     for file in &options.params {
         description.apply_parameters(file, &mut faults);
     }
-    build(&description, path, options, faults)
+    build(&description, path, options, faults).map_err(|mut faults| {
+        let swapped = own.iter().zip(&description.components).filter(|((_, source), c)| *source != c.source);
+        for ((name, source), c) in swapped {
+            blame_swap(name, source, &c.source, &mut faults);
+        }
+        faults
+    })
+}
+
+/// An FMU with other connectors makes many faults, none of which says why.
+fn blame_swap(name: &str, before: &str, now: &str, faults: &mut Faults) {
+    let names = [format!("\"{name}.",), format!("\"{name}\"")];
+    let concerns = |text: &str| names.iter().any(|n| text.contains(n.as_str()));
+    let count = faults.faults().iter().filter(|f| concerns(&f.to_string())).count();
+    if count > 0 {
+        let all = faults.len();
+        let file = Path::new(now).file_name().unwrap_or_default().to_string_lossy();
+        faults.lead_with(format!(
+            "--swap {name}={file}: {count} of the {all} faults below concern component \"{name}\", which is this FMU instead of {before}; \
+             a swap needs an FMU with the same connectors and parameters"
+        ));
+    }
 }
 
 /// The plan of a system of one FMU, to try it by itself: from t = 0 one step of 1 s.
@@ -124,7 +148,7 @@ pub fn build(description: &Description, path: &Path, options: &Options, mut faul
     let arrays = arrays::resolve(&system, faults_ref);
     connections::extrapolate(&system, &mut connections, faults_ref);
     let times = steps::times(&system, options.stop_time.as_deref(), faults_ref);
-    let bonds = recording::bonds(&system, &connections, faults_ref);
+    let bonds = bonds::bonds(&system, &connections, &arrays, faults_ref);
     let recording = recording::recording(&system, &connections, times.as_ref(), faults_ref);
     let summary = recording::summary(&system, times.as_ref(), options.stop_time.is_some(), faults_ref);
 
@@ -154,7 +178,8 @@ pub fn build(description: &Description, path: &Path, options: &Options, mut faul
     let algorithm = algorithm::algorithm(
         &system,
         options.algorithm.as_deref(),
-        &multiples,
+        times.as_ref(),
+        &bonds,
         &connections,
         &initialisation,
         faults_ref,

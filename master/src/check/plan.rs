@@ -275,10 +275,12 @@ pub struct Algorithm {
     pub order: Vec<usize>,
     /// Whether outputs that depend directly on inputs are read again before the step (Jacobi).
     pub resolve_feed_through: bool,
-    /// Largest relative change of an input between the last two iterations (iterated).
+    /// Largest relative change of an input between the last two iterations (iterated); largest relative energy residual of a step (ECCO).
     pub tolerance: f64,
     /// Most iterations of a step (iterated).
     pub iterations: u32,
+    /// Longest step in base steps (ECCO).
+    pub longest: u64,
 }
 
 /// A power bond: pairs whose products are the power that crosses, force with velocity, moment with angular velocity.
@@ -288,6 +290,8 @@ pub struct PowerBond {
     pub name: String,
     /// The pairs.
     pub pairs: Vec<BondPair>,
+    /// Forces on the vertices of a mesh against their velocities.
+    pub contacts: Vec<ContactPair>,
     /// Whether its efforts are means over the sender's last step, not values at its end.
     pub means: bool,
 }
@@ -298,6 +302,17 @@ pub struct BondPair {
     /// The connection that carries force or moment.
     pub effort: usize,
     /// The connection that carries velocity or angular velocity.
+    pub flow: usize,
+}
+
+/// Array connections whose products are a power, by index into [`Plan::arrays`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct ContactPair {
+    /// Forces on some vertices (3n).
+    pub effort: usize,
+    /// Which vertices those are (n).
+    pub index: usize,
+    /// Velocities of all vertices (3N).
     pub flow: usize,
 }
 

@@ -1,10 +1,8 @@
-//! What a run writes: scalars, VTK datasets, power bonds, headline results.
+//! What a run writes: scalars, VTK datasets, headline results.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
-use super::plan::{
-    ArrayPort, BondPair, Connection, Port, PowerBond, RecordedScalar, Recording, SummaryItem, VtkDataset, VtkField,
-};
+use super::plan::{ArrayPort, Connection, Port, RecordedScalar, Recording, SummaryItem, VtkDataset, VtkField};
 use super::steps::{Times, in_steps};
 use super::system::System;
 use crate::decimal::Decimal;
@@ -161,7 +159,7 @@ fn array_of(
 }
 
 /// A scalar by address.
-fn scalar_of(
+pub(super) fn scalar_of(
     system: &System<'_>,
     address: &Address,
     place: &Place,
@@ -170,78 +168,6 @@ fn scalar_of(
 ) -> Option<Port> {
     let component = system.component(&address.element, place, element, faults)?;
     system.scalar(component, &address.connector, place, element, faults)
-}
-
-/// Power bonds: each pair to two connections in opposite directions whose product is a power.
-pub fn bonds(system: &System<'_>, connections: &[Connection], faults: &mut Faults) -> Vec<PowerBond> {
-    let mut by_source: HashMap<(usize, usize), Vec<usize>> = HashMap::new();
-    for (index, c) in connections.iter().enumerate() {
-        by_source.entry((c.from.component, c.from.variable)).or_default().push(index);
-    }
-    let mut bonds = Vec::new();
-    for bond in &system.description.extras.bonds {
-        let element = format!("PowerBond \"{}\"", bond.name);
-        let mut pairs = Vec::new();
-        for (effort, flow) in &bond.pairs {
-            let e = scalar_of(system, effort, &bond.place, &element, faults);
-            let f = scalar_of(system, flow, &bond.place, &element, faults);
-            let (Some(e), Some(f)) = (e, f) else { continue };
-            let none = Vec::new();
-            let from = |port: Port| by_source.get(&(port.component, port.variable)).unwrap_or(&none);
-            let found = from(e).iter().find_map(|&effort| {
-                let to = connections[effort].to.component;
-                let back = |&&flow: &&usize| connections[flow].to.component == e.component && f.component == to;
-                from(f).iter().find(back).map(|&flow| BondPair { effort, flow })
-            });
-            match found {
-                Some(pair) => {
-                    if is_power(system, e, f) == Some(false) {
-                        let unit = |port: Port| {
-                            let unit = system.model(port.component)?.unit_of(Item::Scalar(port.variable))?;
-                            Some(unit.to_string())
-                        };
-                        let kind = FaultKind::BadValue {
-                            what: "Pair".into(),
-                            given: format!(
-                                "{effort} [{}] x {flow} [{}]",
-                                unit(e).unwrap_or_default(),
-                                unit(f).unwrap_or_default()
-                            ),
-                            allowed: "two quantities whose product is a power, such as N and m/s".into(),
-                        };
-                        faults.add(&bond.place, &element, kind);
-                    }
-                    pairs.push(pair);
-                }
-                // Where connections were lost to other faults, that says nothing.
-                None if connections.len() < system.description.connections.len() => {}
-                None => {
-                    let kind = FaultKind::BadValue {
-                        what: "Pair".into(),
-                        given: format!("{effort} and {flow}"),
-                        allowed:
-                            "two outputs that connections carry in opposite directions between the same two components"
-                                .into(),
-                    };
-                    faults.add(&bond.place, &element, kind);
-                }
-            }
-        }
-        bonds.push(PowerBond { name: bond.name.clone(), pairs, means: bond.means });
-    }
-    bonds
-}
-
-/// Whether the product of two variables is a power; `None` where a unit is not known. The radian does not count here:
-/// a torque is written in N.m.
-fn is_power(system: &System<'_>, a: Port, b: Port) -> Option<bool> {
-    let dimension = |port: Port| {
-        let unit = system.model(port.component)?.unit_of(Item::Scalar(port.variable))?;
-        Some(unit.base.as_ref()?.dimension.0)
-    };
-    let (a, b) = (dimension(a)?, dimension(b)?);
-    let power = [1, 2, -3, 0, 0, 0, 0];
-    Some((0..7).all(|i| a[i] + b[i] == power[i]))
 }
 
 /// Headline results. With another stop time on the command line a window may lie after the end: such an item is left out.

@@ -316,3 +316,23 @@ fn fmus_that_cannot_run_here_are_told() {
     let once = ("canGetAndSetFMUstate=", "canBeInstantiatedOnlyOncePerProcess=\"true\" canGetAndSetFMUstate=");
     assert!(check_edited("rig/modelDescription.xml", &[once]).is_ok());
 }
+
+#[test]
+fn wheels_and_contacts_of_our_units_are_power_bonds_without_a_declaration() {
+    let plan = check_edited("system.ssd", &[]).unwrap();
+    let names: Vec<&str> = plan.bonds.iter().map(|b| b.name.as_str()).collect();
+    // The declared pairs are not taken twice: force.x and moment.y stand in "wheel".
+    assert_eq!(names, ["wheel", "rig.wheel[1]", "terrain.body[1]"]);
+    assert_eq!((plan.bonds[1].pairs.len(), plan.bonds[1].means), (4, true));
+    for pair in &plan.bonds[1].pairs {
+        let (effort, flow) = (&plan.connections[pair.effort], &plan.connections[pair.flow]);
+        assert_eq!((effort.from.component, effort.to.component), (flow.to.component, flow.from.component));
+    }
+    let contact = plan.bonds[2].contacts[0];
+    let name = |array: usize| plan.array_name(&plan.arrays[array].from);
+    let wanted = ["terrain.body[1].contact.force", "terrain.body[1].contact.index", "tire.mesh.velocity"];
+    assert_eq!([name(contact.effort), name(contact.index), name(contact.flow)], wanted);
+    // Units of others have the bonds that are declared and no more.
+    let foreign = check_edited("tire/modelDescription.xml", &[("org.terramech", "org.example")]);
+    assert!(foreign.is_err() || foreign.unwrap().bonds.len() == 1);
+}

@@ -27,6 +27,8 @@ pub enum Command {
     Check(Check),
     /// Put a system with its FMUs and specifications into one .ssp archive
     Pack(Pack),
+    /// Make a system description of an OspSystemStructure.xml (Open Simulation Platform)
+    Import(Import),
     /// Show the variables and connections of a system or an FMU
     Inspect(Inspect),
 }
@@ -58,7 +60,7 @@ pub struct System {
     /// A folder to search for FMUs with bare names; may be repeated
     #[arg(long, value_name = "DIR")]
     pub fmu_path: Vec<PathBuf>,
-    /// Coupling algorithm instead of the description's: jacobi, gauss-seidel or iterated
+    /// Coupling algorithm instead of the description's: jacobi, gauss-seidel, iterated or ecco
     #[arg(long, value_name = "NAME")]
     pub algorithm: Option<String>,
 }
@@ -120,6 +122,19 @@ pub struct Pack {
     /// Leave out our annotations (array connections, recording), for tools that refuse what they do not know
     #[arg(long)]
     pub for_other_tools: bool,
+}
+
+/// `terramech import`.
+#[derive(Debug, clap::Args)]
+pub struct Import {
+    /// OspSystemStructure.xml, or its folder
+    pub system: PathBuf,
+    /// The description
+    #[arg(long, value_name = "FILE.ssd")]
+    pub out: PathBuf,
+    /// A folder to search for FMUs with bare names; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub fmu_path: Vec<PathBuf>,
 }
 
 /// `terramech inspect`.

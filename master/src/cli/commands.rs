@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::args::{Args, Check, Command, Inspect, Pack, Run, System};
+use super::args::{Args, Check, Command, Import, Inspect, Pack, Run, System};
 use crate::check;
 use crate::check::plan::Plan;
 use crate::checkpoint::{self, Checkpoint, How};
@@ -20,6 +20,7 @@ pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
         Command::Run(args) => run(&args, words),
         Command::Check(args) => check(&args),
         Command::Pack(args) => pack(&args),
+        Command::Import(args) => import(&args),
         Command::Inspect(args) => inspect(&args),
     }
 }
@@ -206,6 +207,17 @@ fn pack(args: &Pack) -> ExitCode {
     let options = check::Options { fmu_path: args.fmu_path.clone(), ..check::Options::default() };
     let audience = if args.for_other_tools { Audience::OtherTools } else { Audience::Terramech };
     match crate::pack::pack(&args.system, &options, &args.out, audience) {
+        Ok(remarks) => {
+            remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
+            let _ = writeln!(std::io::stdout().lock(), "{}", args.out.display());
+            ExitCode::Done
+        }
+        Err(faults) => tell(&faults),
+    }
+}
+
+fn import(args: &Import) -> ExitCode {
+    match crate::osp::import(&args.system, &args.fmu_path, &args.out) {
         Ok(remarks) => {
             remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
             let _ = writeln!(std::io::stdout().lock(), "{}", args.out.display());

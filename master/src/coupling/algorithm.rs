@@ -1,6 +1,6 @@
 //! Coupling algorithms: in which order units are read, set and stepped.
 
-use super::{Failure, GaussSeidel, Iterated, System};
+use super::{Ecco, Failure, GaussSeidel, Iterated, System};
 use crate::check::plan::Plan;
 use crate::description::algorithm::Scheme;
 
@@ -41,6 +41,7 @@ pub fn algorithm_of(plan: &Plan) -> Box<dyn Algorithm> {
         Scheme::Jacobi => Box::new(Jacobi),
         Scheme::GaussSeidel => Box::new(GaussSeidel::new(plan.algorithm.order.clone())),
         Scheme::Iterated => Box::new(Iterated::new(plan)),
+        Scheme::Ecco => Box::new(Ecco::new(plan)),
     }
 }
 
@@ -51,8 +52,10 @@ pub struct Jacobi;
 
 impl Algorithm for Jacobi {
     fn advance(&mut self, system: &mut System, tick: u64) -> Result<Advance, Failure> {
-        system.carry(tick)?;
-        system.step(tick)?;
+        if !system.carry_and_step(tick)? {
+            system.carry(tick)?;
+            system.step(tick)?;
+        }
         Ok(if system.ended().is_some() { Advance::Ended } else { Advance::To(tick + 1) })
     }
 }

@@ -15,9 +15,9 @@
 //! (as the forces of our units are) is its own integral.
 
 use super::connect::{Held, Links};
+use super::contact::Contact;
 use super::pool::Member;
 use crate::check::plan::{Plan, Port, Transform};
-use crate::decimal::Clock;
 use crate::loading::{CallError, Class, Outputs, Slot};
 use crate::model_description::Item;
 
@@ -50,6 +50,7 @@ struct Bond {
     name: String,
     means: bool,
     pairs: Vec<Pair>,
+    contacts: Vec<Contact>,
     sums: Energy,
 }
 
@@ -98,7 +99,8 @@ impl Bonds {
                     pairs.push(Pair { effort, flow, watts });
                 }
             }
-            bonds.push(Bond { name: bond.name.clone(), means: bond.means, pairs, sums: Energy::default() });
+            let contacts = bond.contacts.iter().filter_map(|c| Contact::new(plan, links, *c)).collect();
+            bonds.push(Bond { name: bond.name.clone(), means: bond.means, pairs, contacts, sums: Energy::default() });
         }
         Self { bonds, again, open: false }
     }
@@ -149,6 +151,9 @@ impl Bonds {
                 }
             }
         }
+        for contact in self.bonds.iter_mut().flat_map(|b| &mut b.contacts) {
+            contact.begin(unit, &links.outputs);
+        }
         Ok(())
     }
 
@@ -164,12 +169,11 @@ impl Bonds {
         }
     }
 
-    /// All outputs at the end of a base step have been read: adds the step up.
-    pub fn end(&mut self, links: &Links, clock: Clock) {
+    /// All outputs at the end of a step of this length (s) have been read: adds the step up.
+    pub fn end(&mut self, links: &Links, length: f64) {
         if !std::mem::take(&mut self.open) {
             return;
         }
-        let length = clock.length(1);
         for bond in &mut self.bonds {
             let mut power = 0.0;
             for p in &bond.pairs {
@@ -178,6 +182,11 @@ impl Bonds {
                 let effort = if bond.means { end(&p.effort) } else { 0.5 * (p.effort.begin + end(&p.effort)) };
                 bond.sums.residual += length * p.watts * (p.effort.held * flow - p.flow.held * effort);
                 power += p.watts * p.effort.held * flow;
+            }
+            for contact in &bond.contacts {
+                let (made, passed) = contact.end(&links.outputs);
+                bond.sums.residual += length * made;
+                power += passed;
             }
             bond.sums.passed += length * power.abs();
         }

@@ -18,6 +18,8 @@ struct Route {
     connection: usize,
     /// Index into [`Links::tracks`], where the value is extrapolated.
     track: Option<usize>,
+    /// Orders of derivatives that its receiver takes: it then interpolates itself.
+    derivatives: u8,
 }
 
 /// A track with the output it follows.
@@ -59,9 +61,43 @@ struct ArrayRoute {
 struct Incoming {
     scalars: Vec<Route>,
     arrays: Vec<ArrayRoute>,
-    /// Where all scalars are Reals that are copied: source and place of each, and their references.
-    plain: Vec<(u32, u32)>,
+    /// Where all scalars are Reals that are copied: where they come from, and their references.
+    plain: Plain,
     references: Vec<u32>,
+}
+
+/// Reals that are copied as they are, in the order of their targets.
+#[derive(Clone, Debug, Default)]
+enum Plain {
+    /// There are none, or others too.
+    #[default]
+    None,
+    /// All from one unit, one after the other from this place in its outputs: they need not even be gathered.
+    Whole { source: usize, at: usize },
+    /// In a few runs: source, place, length.
+    Runs(Vec<(usize, usize, usize)>),
+    /// One by one: source and place.
+    Single(Vec<(u32, u32)>),
+}
+
+impl Plain {
+    /// From source and place of each.
+    fn of(places: Vec<(u32, u32)>) -> Self {
+        let mut runs: Vec<(usize, usize, usize)> = Vec::new();
+        for &(source, at) in &places {
+            match runs.last_mut() {
+                Some((s, a, length)) if *s == source as usize && *a + *length == at as usize => *length += 1,
+                _ => runs.push((source as usize, at as usize, 1)),
+            }
+        }
+        match runs.as_slice() {
+            [] => Self::None,
+            &[(source, at, _)] => Self::Whole { source, at },
+            // Below some four values a copied run costs more than as many loads.
+            _ if runs.len() * 4 <= places.len() => Self::Runs(runs),
+            _ => Self::Single(places),
+        }
+    }
 }
 
 /// A set of connections that are served together.
@@ -110,9 +146,11 @@ impl Links {
                 links.tracks.push(Followed { source: c.from.component, slot, track });
                 links.tracks.len() - 1
             });
+            let interpolates = plan.model(c.to.component).co_simulation.can_interpolate_inputs;
             links.incoming[c.to.component].scalars.push(Route {
                 connection,
                 track,
+                derivatives: if interpolates && Class::from(c.to.kind) == Class::Real { c.extrapolation } else { 0 },
                 source: c.from.component,
                 slot,
                 class: Class::from(c.to.kind),
@@ -143,7 +181,7 @@ impl Links {
                 _ => None,
             };
             if let Some(plain) = incoming.scalars.iter().map(plain).collect() {
-                incoming.plain = plain;
+                incoming.plain = Plain::of(plain);
                 incoming.references = incoming.scalars.iter().map(|r| r.reference).collect();
             }
         }
@@ -165,6 +203,13 @@ impl Links {
     pub fn held(&self, connection: usize) -> Option<Held> {
         let route = self.incoming.iter().flat_map(|i| &i.scalars).find(|r| r.connection == connection)?;
         Some(Held { source: route.source, slot: route.slot, track: route.track })
+    }
+
+    /// Where the source of an array connection of the plan lies; `None` if it is not among these.
+    pub fn array_slot(&self, plan: &Plan, connection: usize) -> Option<Slot> {
+        let c = &plan.arrays[connection];
+        let mut routes = self.incoming[c.to.component].arrays.iter();
+        routes.find(|r| r.array == c.to.array && r.source == c.from.component).map(|r| r.slot)
     }
 
     /// What a connection would give now for a step over `span` (base steps), in the unit of its source.
@@ -222,12 +267,8 @@ impl Links {
     ) -> Result<(), Box<Refused>> {
         let incoming = &self.incoming[target];
         let span = step.span;
-        if step.all_fresh && !incoming.plain.is_empty() {
-            let values = &mut sets.reals.1;
-            values.resize(incoming.plain.len(), 0.0);
-            for (value, &(source, at)) in values.iter_mut().zip(&incoming.plain) {
-                *value = self.outputs[source as usize].reals.values[at as usize];
-            }
+        if step.all_fresh && !matches!(incoming.plain, Plain::None) {
+            let values = self.gather(incoming, &mut sets.reals.1);
             if let Err(error) = instance.set_reals(&incoming.references, values) {
                 let model = plan.model(target);
                 let about = list(incoming.scalars.iter().map(|r| &*model.variables[r.variable].name));
@@ -241,6 +282,13 @@ impl Links {
         sets.clear();
         for route in &incoming.scalars {
             match route.track {
+                Some(track) if route.derivatives > 0 && instance.takes_derivatives() => {
+                    let values = self.tracks[track].track.at(span.0, plan.clock.length(1));
+                    route.put_number(values[0], sets);
+                    for order in 1..=route.derivatives {
+                        sets.derivative(route.reference, order.into(), route.slope() * values[usize::from(order)]);
+                    }
+                }
                 Some(track) => route.put_number(self.tracks[track].track.mean(span.0, span.1), sets),
                 None if fresh(route.source) => route.put(&self.outputs[route.source], sets),
                 None => {}
@@ -255,6 +303,29 @@ impl Links {
         self.carry_arrays(plan, target, instance, fresh)
     }
 
+    /// The values of plain Reals, in the order of their references; in `buffer` unless they lie together already.
+    #[inline]
+    fn gather<'v>(&'v self, incoming: &Incoming, buffer: &'v mut Vec<f64>) -> &'v [f64] {
+        let count = incoming.references.len();
+        match &incoming.plain {
+            Plain::None => return &[],
+            Plain::Whole { source, at } => return &self.outputs[*source].reals.values[*at..*at + count],
+            Plain::Runs(runs) => {
+                buffer.clear();
+                for &(source, at, length) in runs {
+                    buffer.extend_from_slice(&self.outputs[source].reals.values[at..at + length]);
+                }
+            }
+            Plain::Single(places) => {
+                buffer.resize(count, 0.0);
+                for (value, &(source, at)) in buffer.iter_mut().zip(places) {
+                    *value = self.outputs[source as usize].reals.values[at as usize];
+                }
+            }
+        }
+        buffer
+    }
+
     fn carry_arrays(
         &self,
         plan: &Plan,
@@ -262,6 +333,9 @@ impl Links {
         instance: &mut Instance,
         fresh: impl Fn(usize) -> bool,
     ) -> Result<(), Box<Refused>> {
+        if self.incoming[target].arrays.is_empty() {
+            return Ok(());
+        }
         let model = plan.model(target);
         for route in self.incoming[target].arrays.iter().filter(|r| fresh(r.source)) {
             let from = &self.outputs[route.source];
@@ -288,6 +362,11 @@ impl Route {
     fn number(&self, links: &Links) -> f64 {
         let number = links.outputs[self.source].number(self.slot);
         if let Carry::Linear(l) = &self.carry { l.apply(number) } else { number }
+    }
+
+    /// What derivatives are multiplied by on the way.
+    fn slope(&self) -> f64 {
+        if let Carry::Linear(l) = &self.carry { l.factor } else { 1.0 }
     }
 
     /// A number in the unit of the source, to a Real.

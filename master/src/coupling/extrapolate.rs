@@ -57,6 +57,25 @@ impl Track {
         mean
     }
 
+    /// Value, first and second derivative at a base step of this length (s): for receivers that interpolate themselves. Derivatives that are not known yet are 0.
+    pub fn at(&self, tick: u64, length: f64) -> [f64; 3] {
+        let [(t0, y0), (t1, y1), (t2, y2)] = self.last;
+        let points = self.known.min(usize::from(self.order) + 1);
+        if points < 2 {
+            return [y0, 0.0, 0.0];
+        }
+        let t = tick as f64 - t0;
+        let slope = (y0 - y1) / (t0 - t1);
+        let (mut value, mut first, mut second) = (y0 + slope * t, slope, 0.0);
+        if points == 3 {
+            let bend = (slope - (y1 - y2) / (t1 - t2)) / (t0 - t2);
+            value += bend * t * (t + t0 - t1);
+            first += bend * (2.0 * t + t0 - t1);
+            second = 2.0 * bend;
+        }
+        [value, first / length, second / (length * length)]
+    }
+
     /// For a checkpoint: number of known values, then base steps and values.
     pub fn to_numbers(&self) -> [f64; 7] {
         let [(t0, y0), (t1, y1), (t2, y2)] = self.last;
@@ -84,6 +103,13 @@ mod tests {
             // Mean over 6..9 by Simpson's rule, which is exact here.
             let exact = (f(6.0) + 4.0 * f(7.5) + f(9.0)) / 6.0;
             assert!((track.mean(6, 9) - exact).abs() < 1e-12, "{order}");
+            // Base steps of 2 s.
+            let e = 1e-3;
+            let first = (f(7.0 + e) - f(7.0 - e)) / (2.0 * e) / 2.0;
+            let second = (f(8.0) - 2.0 * f(7.0) + f(6.0)) / 4.0;
+            for (got, wanted) in track.at(7, 2.0).into_iter().zip([f(7.0), first, second]) {
+                assert!((got - wanted).abs() < 1e-9, "{order}: {got} {wanted}");
+            }
         }
     }
 

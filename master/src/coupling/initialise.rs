@@ -73,7 +73,8 @@ pub(super) fn member(
         }
     };
     let resources = fmu.unpacked.folder().join("resources");
-    let made = Made { name: &component.name, guid: &model.guid, resources: &resources, logging };
+    let variable_steps = model.co_simulation.can_handle_variable_communication_step_size;
+    let made = Made { name: &component.name, guid: &model.guid, resources: &resources, logging, variable_steps };
     let mut instance = Instance::new(&library, &made, Arc::clone(environment))?;
     let before = |e| Failure::unit(e, Moment::Before, "");
     instance.set(&settings(plan, index, threads)).map_err(before)?;

@@ -17,6 +17,8 @@
 mod algorithm;
 mod bonds;
 mod connect;
+mod contact;
+mod ecco;
 mod extrapolate;
 mod failure;
 mod gauss_seidel;
@@ -33,6 +35,7 @@ mod watch;
 
 pub use algorithm::{Advance, Algorithm, Jacobi, algorithm_of};
 pub use bonds::Energy;
+pub use ecco::Ecco;
 pub use failure::{Failure, Moment, UnitFailure};
 pub use gauss_seidel::GaussSeidel;
 pub use initialise::assemble;

@@ -7,9 +7,10 @@
 
 use std::sync::Arc;
 
-use super::{Advance, Failure, System, algorithm_of, assemble};
+use super::{Advance, Algorithm, Failure, Jacobi, System, algorithm_of, assemble};
 use crate::check::plan::Plan;
 use crate::decimal::{Clock, Decimal};
+use crate::description::algorithm::Scheme;
 use crate::loading::{Environment, LogLine};
 
 /// Steps of a trial; with a step below the base step as many as cover the same time, so that slow motions show their whole course.
@@ -142,7 +143,12 @@ fn is_stable(system: &mut System, start: Decimal, step: f64, steps: u64) -> Resu
 fn run(system: &mut System, steps: u64, push: Option<f64>) -> Result<Option<Vec<Vec<f64>>>, Failure> {
     system.rewind(0)?;
     let plan = Arc::clone(system.plan());
-    let mut algorithm = algorithm_of(&plan);
+    // Steps of one length, also where the run would vary them.
+    system.set_stride(1);
+    let mut algorithm: Box<dyn Algorithm> = match plan.algorithm.scheme {
+        Scheme::Ecco => Box::new(Jacobi),
+        _ => algorithm_of(&plan),
+    };
     let mut rows = Vec::with_capacity(steps as usize);
     let mut walk = |system: &mut System| -> Result<(), Failure> {
         // The push goes in with a plain first step: an algorithm that reads outputs again would take it back.

@@ -53,6 +53,8 @@ pub struct System {
     uniform: bool,
     /// Length of each unit's step (s).
     sizes: Vec<f64>,
+    /// Base steps between communication points: 1 unless the algorithm varies it.
+    stride: u64,
     ticker: Option<Ticker>,
     /// Whether exchanging values takes so little that looking at the clock would cost a good part of it.
     short: bool,
@@ -91,6 +93,7 @@ impl System {
         Self {
             uniform,
             sizes,
+            stride: 1,
             ticker,
             short: false,
             split: None,
@@ -141,6 +144,12 @@ impl System {
         self.members[unit].as_ref().map_or((0, 0.0), |m| (m.calls, m.seconds))
     }
 
+    /// How often units broke a step off and went on: those that did.
+    pub fn early_returns(&self) -> impl Iterator<Item = (&str, u64)> {
+        let members = self.members.iter().flatten();
+        members.map(|m| (m.instance.name(), m.instance.early_returns())).filter(|(_, count)| *count > 0)
+    }
+
     /// The unit that ended the run by itself, and the time it had reached (s).
     pub fn ended(&self) -> Option<(usize, f64)> {
         self.ended
@@ -171,6 +180,22 @@ impl System {
         self.sizes = plan.components.iter().map(|c| clock.length(c.multiple)).collect();
         self.ticker = clock.ticker();
         self.plan = Arc::new(plan);
+    }
+
+    /// From now on so many base steps between communication points.
+    pub(super) fn set_stride(&mut self, stride: u64) {
+        if stride != self.stride {
+            self.stride = stride;
+            let clock = self.plan.clock;
+            self.sizes = self.plan.components.iter().map(|c| clock.length(c.multiple * stride)).collect();
+        }
+    }
+
+    /// Base steps to the next instant that an observer waits for, at most to the end of the run.
+    pub(super) fn until_pause(&self, tick: u64) -> u64 {
+        let end = self.plan.clock.steps.saturating_sub(tick);
+        let schedules = self.watches.iter().flat_map(|w| &w.schedules);
+        schedules.filter_map(|s| s.next_fixed(tick)).map(|next| next - tick).fold(end, u64::min)
     }
 
     /// Whether the exchange at this base step is timed.
@@ -210,7 +235,7 @@ impl System {
                 self.links.note(unit, tick);
             }
         }
-        self.bonds.end(&self.links, self.plan.clock);
+        self.bonds.end(&self.links, self.plan.clock.length(self.stride));
         if let Some(begin) = timed {
             self.clockwork.coupling += self.took(begin);
         }
@@ -277,21 +302,50 @@ impl System {
         Ok(())
     }
 
+    /// [`System::carry`] and [`System::step`] in one pass, unit by unit: no unit sees what another has been given, so it is the same. `false`, and nothing
+    /// is done, where something comes between the two, or where their times are taken.
+    ///
+    /// # Errors
+    /// Those of both.
+    pub(super) fn carry_and_step(&mut self, tick: u64) -> Result<bool, Failure> {
+        let between = !self.stages.is_empty() || !self.bonds.is_empty() || !self.plan.drives.is_empty();
+        if between || !self.uniform || self.pool.helpers() > 0 || self.is_timed(tick) {
+            return Ok(false);
+        }
+        let time = self.time(tick);
+        let step = For { span: (tick, tick + self.stride), all_fresh: true };
+        for (unit, (member, size)) in self.members.iter_mut().zip(&self.sizes).enumerate() {
+            let Some(member) = member.as_deref_mut() else { continue };
+            self.links
+                .carry(&self.plan, unit, &mut member.instance, &mut self.sets, step, |_| true)
+                .map_err(|r| Failure::unit(r.error, Moment::At(time), r.about))?;
+            match member.step(time, *size) {
+                Ok(Stepped::Done) => {}
+                Ok(Stepped::Ended(time)) => {
+                    self.ended.get_or_insert((unit, time));
+                }
+                Err(error) => return Err(Failure::unit(error, Moment::At(time), "")),
+            }
+        }
+        Ok(true)
+    }
+
     /// Sets the inputs of one unit from what was read last.
     pub(super) fn carry_to(&mut self, unit: usize, tick: u64) -> Result<(), Failure> {
-        let time = self.time(tick);
-        let (plan, uniform) = (&self.plan, self.uniform);
+        let (plan, uniform, ticker) = (&self.plan, self.uniform, self.ticker);
+        // Asked for only where something fails: a division for every unit and step.
+        let time = || ticker.map_or_else(|| plan.clock.time(tick), |t| t.time(tick));
         let due = |unit: usize| uniform || tick.is_multiple_of(plan.components[unit].multiple);
         let Some(member) = self.members[unit].as_deref_mut() else { return Ok(()) };
-        let span = (tick, tick + plan.components[unit].multiple);
+        let span = (tick, tick + plan.components[unit].multiple * self.stride);
         self.links
             .carry(plan, unit, &mut member.instance, &mut self.sets, For { span, all_fresh: uniform }, due)
-            .map_err(|r| Failure::unit(r.error, Moment::At(time), r.about))?;
+            .map_err(|r| Failure::unit(r.error, Moment::At(time()), r.about))?;
         if plan.drives.is_empty() {
             return Ok(());
         }
-        drive(plan, unit, &mut member.instance, &mut self.sets, time)
-            .map_err(|e| Failure::unit(e, Moment::At(time), "inputs over time"))
+        drive(plan, unit, &mut member.instance, &mut self.sets, time())
+            .map_err(|e| Failure::unit(e, Moment::At(time()), "inputs over time"))
     }
 
     /// Notes for the power bonds what a unit holds now.
@@ -299,7 +353,7 @@ impl System {
         if self.bonds.is_empty() {
             return Ok(());
         }
-        let span = (tick, tick + self.plan.components[unit].multiple);
+        let span = (tick, tick + self.plan.components[unit].multiple * self.stride);
         let Some(member) = self.members[unit].as_deref_mut() else { return Ok(()) };
         self.bonds
             .begin(unit, member, &self.links, span)
@@ -364,7 +418,7 @@ impl System {
 
     /// Whether a unit's step at this base step ends within the run: a slow unit's last one that would not is left out.
     pub(super) fn fits(&self, unit: usize, tick: u64) -> bool {
-        tick + self.plan.components[unit].multiple <= self.plan.clock.steps
+        tick + self.plan.components[unit].multiple * self.stride <= self.plan.clock.steps
     }
 
     /// The energy residual of each power bond so far.

@@ -24,6 +24,15 @@ impl Schedule {
         (self.from..=self.to).contains(&tick) && tick.is_multiple_of(self.every)
     }
 
+    /// The first instant after `tick` that must be met: the next of a period of its own, and where a window opens or closes. What is wanted at every base
+    /// step is wanted at every communication point, however far apart.
+    pub fn next_fixed(&self, tick: u64) -> Option<u64> {
+        let after = |at: u64| (at > tick).then_some(at);
+        let period = || (tick + 1).max(self.from).next_multiple_of(self.every);
+        let own = (self.every > 1).then(period).filter(|next| *next <= self.to);
+        [own, after(self.from), after(self.to)].into_iter().flatten().min()
+    }
+
     /// Whether one of them lies in `tick..tick + length`: a unit that communicates every `length` base steps is
     /// read at `tick` for all of them.
     pub fn is_due_within(&self, tick: u64, length: u64) -> bool {
@@ -54,5 +63,14 @@ mod tests {
         assert!(s.is_due(4) && !s.is_due(5) && !s.is_due(16));
         assert!(s.is_due_within(3, 2) && !s.is_due_within(5, 3) && s.is_due_within(5, 4) && !s.is_due_within(13, 10));
         assert!(s.is_due_within(0, 1));
+    }
+
+    #[test]
+    fn a_varying_step_meets_periods_and_windows() {
+        let s = Schedule { every: 4, from: 0, to: 12 };
+        assert_eq!([0, 3, 4, 11, 12].map(|t| s.next_fixed(t)), [Some(4), Some(4), Some(8), Some(12), None]);
+        let window = Schedule { every: 1, from: 5, to: 9 };
+        assert_eq!([0, 5, 8, 9].map(|t| window.next_fixed(t)), [Some(5), Some(9), Some(9), None]);
+        assert_eq!(Schedule::every(1).next_fixed(3), Some(u64::MAX));
     }
 }

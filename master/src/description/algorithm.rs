@@ -4,6 +4,7 @@
 //! <tm:Algorithm scheme="gauss-seidel" order="rig tire terrain" resolveFeedThrough="true"/>
 //! ```
 
+use crate::decimal::Decimal;
 use crate::fault::{FaultKind, Faults, Place};
 use crate::xml::Element;
 use crate::xml::write::Writer;
@@ -19,11 +20,13 @@ pub enum Scheme {
     GaussSeidel,
     /// Steps are repeated until inputs and outputs agree (units must save their state).
     Iterated,
+    /// Jacobi with a step that follows the energy residual of the power bonds.
+    Ecco,
 }
 
 impl Scheme {
     /// The words a file or the command line may give.
-    pub const ALLOWED: &'static str = "jacobi, gauss-seidel or iterated";
+    pub const ALLOWED: &'static str = "jacobi, gauss-seidel, iterated or ecco";
 
     /// The word.
     pub fn name(self) -> &'static str {
@@ -31,12 +34,13 @@ impl Scheme {
             Self::Jacobi => "jacobi",
             Self::GaussSeidel => "gauss-seidel",
             Self::Iterated => "iterated",
+            Self::Ecco => "ecco",
         }
     }
 
     /// Reads a word.
     pub fn of(word: &str) -> Option<Self> {
-        [Self::Jacobi, Self::GaussSeidel, Self::Iterated].into_iter().find(|s| s.name() == word)
+        [Self::Jacobi, Self::GaussSeidel, Self::Iterated, Self::Ecco].into_iter().find(|s| s.name() == word)
     }
 }
 
@@ -49,10 +53,13 @@ pub struct Algorithm {
     pub order: Vec<String>,
     /// Whether outputs that depend directly on inputs are read again, in the order of the initial exchange, before the step.
     pub resolve_feed_through: bool,
-    /// Iterated: largest change of an input, relative to its largest value so far, between the last two iterations.
+    /// Iterated: largest change of an input, relative to its largest value so far, between the last two iterations. ECCO: largest energy residual of a step,
+    /// relative to the energy that passes.
     pub tolerance: Option<f64>,
     /// Iterated: most iterations of a step.
     pub iterations: Option<u32>,
+    /// ECCO: longest step (s).
+    pub longest: Option<Decimal>,
     /// Where it is written.
     pub place: Place,
 }
@@ -74,7 +81,11 @@ impl Algorithm {
         let iterations = e.parsed("iterations", "a whole number from 1 to 1000", faults, |t| {
             t.parse::<u32>().ok().filter(|n| (1..=1000).contains(n))
         });
-        Some(Self { scheme, order, resolve_feed_through: resolve, tolerance, iterations, place: e.place() })
+        let longest = super::annotations::time(e, "longest", true, faults);
+        if longest.is_some() && scheme != Scheme::Ecco {
+            e.bad_value("longest", e.attribute("longest").unwrap_or_default(), "only with scheme=\"ecco\"", faults);
+        }
+        Some(Self { scheme, order, resolve_feed_through: resolve, tolerance, iterations, longest, place: e.place() })
     }
 
     /// Writes the element.
@@ -83,7 +94,8 @@ impl Algorithm {
         let order = (!self.order.is_empty()).then(|| self.order.join(" "));
         writer.optional("order", order.as_ref());
         writer.optional("resolveFeedThrough", self.resolve_feed_through.then_some("true"));
-        writer.optional("tolerance", self.tolerance).optional("iterations", self.iterations).close();
+        writer.optional("tolerance", self.tolerance).optional("iterations", self.iterations);
+        writer.optional("longest", self.longest).close();
     }
 
     /// A second one in the same description.

@@ -37,6 +37,7 @@ impl<'r> Flattener<'r, '_> {
                         self.bind_system(s, inner, outgoing, position);
                     }
                 }
+                Child::Dictionary { .. } => {}
                 Child::Component(c) => {
                     let inner = self.scopes[scope].children.get(c.name.as_str());
                     if let Some(component) = inner.and_then(|&inner| self.scopes[inner].component) {

@@ -22,8 +22,10 @@ pub(super) const MOST_HOPS: usize = 256;
 pub(super) struct Scope<'r> {
     /// Dotted name; empty for the root.
     path: String,
-    /// `None` for a system.
+    /// `None` for a system or dictionary.
     pub(super) component: Option<usize>,
+    /// Whether it is a signal dictionary, whose entries take and give.
+    dictionary: bool,
     pub(super) children: HashMap<&'r str, usize>,
     pub(super) connectors: HashMap<&'r str, ConnectorKind>,
 }
@@ -41,6 +43,8 @@ pub(super) struct Flattener<'r, 'f> {
     pub(super) scopes: Vec<Scope<'r>>,
     pub(super) feeds: Vec<Feed<'r>>,
     pub(super) components: Vec<Component>,
+    /// Scopes of the signal dictionaries: one each, whoever refers to it.
+    dictionaries: HashMap<&'r str, usize>,
     /// Component names so far, with their lines.
     names: HashMap<String, u32>,
     /// Values bound so far.
@@ -54,6 +58,7 @@ pub fn flatten(root: &raw::System, description: &mut Description, faults: &mut F
         scopes: Vec::new(),
         feeds: Vec::new(),
         components: Vec::new(),
+        dictionaries: HashMap::new(),
         names: HashMap::new(),
         assigned: 0,
         faults,
@@ -71,13 +76,15 @@ impl<'r> Flattener<'r, '_> {
     fn enter(&mut self, system: &'r raw::System, path: String, description: &mut Description) -> usize {
         let scope = self.scopes.len();
         let connectors = system.connectors.iter().map(|c| (c.name.as_str(), c.kind)).collect();
-        self.scopes.push(Scope { path: path.clone(), component: None, children: HashMap::new(), connectors });
+        let children = HashMap::new();
+        self.scopes.push(Scope { path: path.clone(), component: None, dictionary: false, children, connectors });
         let dotted = if path.is_empty() { path } else { format!("{path}.") };
         description.extras.append(system.extras.clone(), &dotted);
         for child in &system.elements {
             let (name, place) = match child {
                 Child::Component(c) => (c.name.as_str(), &c.place),
                 Child::System(s) => (s.name.as_str(), &s.place),
+                Child::Dictionary { name, place, .. } => (name.as_str(), place),
             };
             let full = format!("{dotted}{name}");
             if let Some(&first) = self.names.get(&full) {
@@ -94,8 +101,20 @@ impl<'r> Flattener<'r, '_> {
             let index = match child {
                 Child::System(s) => self.enter(s, full, description),
                 Child::Component(c) => self.component(c, full),
+                Child::Dictionary { dictionary, .. } => self.dictionary(dictionary),
             };
             self.scopes[scope].children.insert(name, index);
+        }
+        scope
+    }
+
+    fn dictionary(&mut self, name: &'r str) -> usize {
+        let next = self.scopes.len();
+        let scope = *self.dictionaries.entry(name).or_insert(next);
+        if scope == next {
+            let path = format!("signal dictionary {name}");
+            let (children, connectors) = (HashMap::new(), HashMap::new());
+            self.scopes.push(Scope { path, component: None, dictionary: true, children, connectors });
         }
         scope
     }
@@ -110,7 +129,8 @@ impl<'r> Flattener<'r, '_> {
             }
         }
         let component = Some(self.components.len());
-        self.scopes.push(Scope { path: name.clone(), component, children: HashMap::new(), connectors });
+        let children = HashMap::new();
+        self.scopes.push(Scope { path: name.clone(), component, dictionary: false, children, connectors });
         self.components.push(Component {
             name,
             source: c.source.clone(),
@@ -176,6 +196,9 @@ impl<'r> Flattener<'r, '_> {
         };
         let target = &self.scopes[at];
         let kind = target.connectors.get(connector.as_str()).copied();
+        if target.dictionary {
+            return Some(((at, connector.as_str()), None));
+        }
         if kind.is_none() && target.component.is_none() {
             let close = close(connector, target.connectors.keys().copied());
             let element = if target.path.is_empty() { "the system".to_owned() } else { target.path.clone() };

@@ -10,7 +10,7 @@ pub mod annotations;
 mod bind;
 mod change;
 mod flatten;
-mod parameters;
+pub(crate) mod parameters;
 mod raw;
 mod read;
 pub mod uri;

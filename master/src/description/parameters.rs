@@ -1,7 +1,6 @@
 //! Parameter bindings: `.ssv` parameter sets and `.ssm` mappings, inline or in files.
 
 use std::collections::HashMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::raw::transformation;
@@ -132,13 +131,7 @@ fn shown(path: &Path, roots: Roots<'_>) -> PathBuf {
 /// Reads an XML file within the default limits.
 pub fn read_document(path: &Path, name: &Path) -> Result<Document, Fault> {
     let limits = Limits::default();
-    let unreadable = |e: std::io::Error| crate::fault::of_file(name, FaultKind::Unreadable { reason: e.to_string() });
-    let length = fs::metadata(path).map_err(unreadable)?.len();
-    if length > limits.bytes {
-        let kind = FaultKind::TooMuch { what: "bytes", given: length, allowed: limits.bytes };
-        return Err(crate::fault::of_file(name, kind));
-    }
-    Document::read(&fs::read(path).map_err(unreadable)?, name, limits)
+    Document::read(&crate::files::read(path, name, limits.bytes)?, name, limits)
 }
 
 /// The units of a file by name.

@@ -4,7 +4,7 @@ use super::annotations::{ComponentExtras, SystemExtras, of_type, time};
 use super::parameters::{self, Bound, Context};
 use super::{Connector, ConnectorKind, ConnectorType, Enumeration, Transformation};
 use crate::decimal::Decimal;
-use crate::fault::{FaultKind, Faults, Place};
+use crate::fault::{Faults, Place};
 use crate::model_description::Kind;
 use crate::unit::Linear;
 use crate::xml::{Element, boolean};
@@ -28,6 +28,12 @@ pub struct System {
 pub enum Child {
     Component(Component),
     System(System),
+    /// A reference to a signal dictionary: its name here, and the dictionary's.
+    Dictionary {
+        name: String,
+        dictionary: String,
+        place: Place,
+    },
 }
 
 /// A component as written.
@@ -69,9 +75,14 @@ pub fn system(e: Element<'_>, context: &mut Context<'_>, faults: &mut Faults) ->
                 }
             }
             "SignalDictionaryReference" => {
-                let what = "a signal dictionary reference".to_owned();
-                let instead = "connect the components directly";
-                faults.add(&child.place(), child.label(), FaultKind::Unsupported { what, instead });
+                let (name, dictionary) = (child.required("name", faults), child.required("dictionary", faults));
+                if let (Some(name), Some(dictionary)) = (name, dictionary) {
+                    let text =
+                        "what is connected through it is followed; the dictionary's own types and units are not read";
+                    faults.note(&child.place(), child.label(), text);
+                    let (name, dictionary) = (name.to_owned(), dictionary.to_owned());
+                    system.elements.push(Child::Dictionary { name, dictionary, place: child.place() });
+                }
             }
             other => faults.note(&child.place(), child.label(), format!("element \"{other}\" is ignored")),
         }

@@ -47,6 +47,12 @@ pub fn read(path: &Path, faults: &mut Faults) -> Option<Description> {
     } else {
         (path.to_path_buf(), shown(path))
     };
+    if (path.is_dir() || archive.is_some()) && !file.exists() {
+        let folder = file.parent().unwrap_or(path);
+        faults
+            .push(crate::fault::of_file(&shown(path), FaultKind::NoDescription { held: held(folder, path.is_dir()) }));
+        return None;
+    }
     let document = match read_document(&file, &name) {
         Ok(document) => document,
         Err(fault) => {
@@ -86,6 +92,9 @@ pub fn read(path: &Path, faults: &mut Faults) -> Option<Description> {
         faults.add(&root.place(), root.label(), FaultKind::MissingElement { name: "System" });
         return None;
     };
+    if let Some(e) = document.elements().find(|e| e.name().ends_with("Geometry")) {
+        faults.note(&e.place(), e.label(), "geometry and everything else that only draws is left out");
+    }
     let roots = Roots { base: &folder, archive: inside, search: &[] };
     let mut context = Context { roots, units: known, files: vec![] };
     let system = raw::system(system, &mut context, faults);
@@ -97,6 +106,29 @@ pub fn read(path: &Path, faults: &mut Faults) -> Option<Description> {
     description.folder = folder;
     description.archive = archive;
     Some(description)
+}
+
+/// What a folder without a description holds, and what to give instead.
+fn held(folder: &Path, by_name: bool) -> String {
+    const SHOWN: usize = 6;
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    names.retain(|name| !name.starts_with('.'));
+    names.sort();
+    let ending = |name: &String, ending: &str| name.to_ascii_lowercase().ends_with(ending);
+    let descriptions: Vec<&String> = names.iter().filter(|n| ending(n, ".ssd") || ending(n, ".ssp")).collect();
+    if let (true, Some(first)) = (by_name, descriptions.first()) {
+        let all = descriptions.iter().map(|n| n.as_str()).collect::<Vec<_>>().join(", ");
+        return format!("{all}: give the file itself, {}", folder.join(first).display());
+    }
+    if by_name && names.iter().any(|n| n == "OspSystemStructure.xml") {
+        return "OspSystemStructure.xml: make a description of it with `terramech import`".into();
+    }
+    match names.len() {
+        0 => "nothing".into(),
+        n if n > SHOWN => format!("{} and {} more", names[..SHOWN].join(", "), n - SHOWN),
+        _ => names.join(", "),
+    }
 }
 
 fn experiment(root: Element<'_>, description: &mut Description, faults: &mut Faults) {

@@ -261,3 +261,37 @@ fn load_times() {
         println!("{} connections: read and checked in {:?}", plan.connections.len(), start.elapsed());
     }
 }
+
+#[test]
+fn signal_dictionaries_join_what_is_connected_to_their_entries() {
+    let text = fs::read_to_string(data("nested/system.ssd")).unwrap();
+    // Terrain and wheel meet in a dictionary's entry; geometry is told and left out.
+    let text = text.replace(
+        "<ssd:Component name=\"terrain\"",
+        "<ssd:SignalDictionaryReference name=\"bus\" dictionary=\"ground\"/><ssd:Component name=\"terrain\"",
+    );
+    let from = "<ssd:Connection startElement=\"wheel\" startConnector=\"height\" endElement=\"terrain\" endConnector=\"height\">";
+    let to = "<ssd:Connection startElement=\"terrain\" startConnector=\"height\" endElement=\"bus\" endConnector=\"h\"/>\
+        <ssd:Connection startElement=\"bus\" startConnector=\"h\" endElement=\"wheel\" endConnector=\"height\">";
+    assert!(text.contains(from));
+    let text = text.replace(from, to).replace("<ssd:Connections>", "<ssd:SystemGeometry x1=\"0\"/><ssd:Connections>");
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["values.ssv", "names.ssm"] {
+        fs::copy(data("nested").join(name), folder.path().join(name)).unwrap();
+    }
+    let file = folder.path().join("system.ssd");
+    fs::write(&file, text.replace("\"../", &format!("\"{}/", data("").display()))).unwrap();
+    let plan = planned(&file);
+    let heights: Vec<_> = plan.connections.iter().filter(|c| plan.port_name(&c.from) == "terrain.height").collect();
+    assert_eq!(heights.len(), 1);
+    let map = crate::unit::Linear { factor: 6.0, offset: 1.0 };
+    assert_eq!(
+        (plan.port_name(&heights[0].to).as_str(), &heights[0].transform),
+        ("wheel.rig.ground_height", &Transform::Linear(map))
+    );
+    let notes: Vec<String> = plan.notes.iter().map(ToString::to_string).collect();
+    assert!(
+        notes.iter().any(|n| n.contains("dictionary")) && notes.iter().any(|n| n.contains("geometry")),
+        "{notes:?}"
+    );
+}

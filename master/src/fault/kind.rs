@@ -107,6 +107,14 @@ pub enum FaultKind {
     /// An archive or folder that is no FMU.
     #[error("it holds no modelDescription.xml: it is no FMU, or was packed with a folder around it")]
     NoModelDescription,
+    /// A folder or archive that holds no system description under the name that SSP gives it.
+    #[error(
+        "it holds no SystemStructure.ssd, the name that SSP gives a system inside a folder or archive; it holds {held}"
+    )]
+    NoDescription {
+        /// What is there instead.
+        held: String,
+    },
     /// The library for this machine cannot be loaded.
     #[error("its library {library} cannot be loaded: {reason}")]
     BadLibrary {

@@ -100,6 +100,8 @@ pub struct Faults {
     faults: Vec<Fault>,
     notes: Vec<Fault>,
     not_kept: usize,
+    /// Said before all faults.
+    lead: Option<String>,
 }
 
 impl Faults {
@@ -138,6 +140,14 @@ impl Faults {
         if self.notes.len() < KEPT {
             self.notes.push(Fault::new(place.clone(), element, FaultKind::Note(text.into())));
         }
+    }
+
+    /// Says something before all faults: what they may have in common.
+    pub fn lead_with(&mut self, text: String) {
+        self.lead = Some(match self.lead.take() {
+            Some(before) => format!("{before}\n{text}"),
+            None => text,
+        });
     }
 
     /// Whether nothing is wrong (notes do not count).
@@ -179,6 +189,9 @@ impl Faults {
 
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(lead) = &self.lead {
+            writeln!(f, "{lead}")?;
+        }
         for (i, fault) in self.faults.iter().enumerate() {
             if i > 0 {
                 writeln!(f)?;

@@ -58,6 +58,7 @@ table! {
         get_status: GetStatus = "fmi2GetStatus";
         get_real_status: GetRealStatus = "fmi2GetRealStatus";
         get_boolean_status: GetBooleanStatus = "fmi2GetBooleanStatus";
+        set_input_derivatives: SetRealInputDerivatives = "fmi2SetRealInputDerivatives";
         get_array_size: GetArraySize = "terramech_getArraySize";
         get_real_array: GetRealArray = "terramech_getRealArray";
         set_real_array: SetRealArray = "terramech_setRealArray";

@@ -14,7 +14,10 @@ pub fn whole(path: &Path) -> Result<(), String> {
     if !cfg!(target_os = "linux") {
         return Ok(());
     }
-    let file = std::fs::read(path).map_err(|e| format!("it cannot be read: {e}"))?;
+    let cannot = |e: std::io::Error| format!("it cannot be read: {e}");
+    let (mut from, length) = crate::files::open(path).map_err(cannot)?;
+    let mut file = Vec::with_capacity(length as usize);
+    std::io::Read::read_to_end(&mut from, &mut file).map_err(cannot)?;
     elf(&file)
 }
 

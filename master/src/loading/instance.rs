@@ -36,6 +36,11 @@ pub struct Instance {
     _callbacks: Box<Fmi2CallbackFunctions>,
     pub(super) alive: bool,
     pub(super) running: bool,
+    variable_steps: bool,
+    /// Steps that the unit broke off and went on with.
+    early_returns: u64,
+    /// Calls so far.
+    calls: u64,
     pointers: Vec<Fmi2String>,
     /// The state kept by [`Instance::keep`]; null or the unit's.
     pub(super) kept: Fmi2FmuState,
@@ -55,6 +60,8 @@ pub struct Made<'a> {
     pub resources: &'a Path,
     /// Whether to log more than errors and warnings.
     pub logging: bool,
+    /// `canHandleVariableCommunicationStepSize`: a step that the unit broke off may be gone on with by smaller ones.
+    pub variable_steps: bool,
 }
 
 /// How a step ended.
@@ -80,7 +87,7 @@ impl Instance {
         let resources = text("the resource location", file_uri(made.resources))?;
         let ear = Ear::new(made.name, environment);
         let callbacks = ear.callbacks();
-        ear.pulse.begin(&"fmi2Instantiate");
+        ear.pulse.begin(&"fmi2Instantiate", 1);
         // SAFETY: all texts are zero-terminated and live through the call; the callbacks and the ear they point to live in
         // boxes as long as the instance.
         let component = unsafe {
@@ -94,7 +101,7 @@ impl Instance {
                 c_int::from(made.logging),
             )
         };
-        ear.pulse.end();
+        ear.pulse.end(1);
         let Some(component) = NonNull::new(component) else {
             return Err(LoadError::Instantiate { unit: made.name.to_owned(), said: ear.said("fmi2Instantiate").0 });
         };
@@ -107,6 +114,9 @@ impl Instance {
             _callbacks: callbacks,
             alive: true,
             running: false,
+            variable_steps: made.variable_steps,
+            early_returns: 0,
+            calls: 1,
             pointers: Vec::new(),
             kept: std::ptr::null_mut(),
         };
@@ -162,16 +172,26 @@ impl Instance {
         Ok(())
     }
 
-    /// `fmi2DoStep` from `time` over `size` (s). A step in the background is awaited.
+    /// `fmi2DoStep` from `time` over `size` (s). A step in the background is awaited. A step that the unit breaks off is gone on with from where it came to,
+    /// one that it does not begin is tried in halves, if the unit takes steps of any length; its inputs stay as they are.
     ///
     /// # Errors
     /// [`CallError`]; a discarded step tells in `said` how far it came.
     #[inline]
     pub fn step(&mut self, time: f64, size: f64) -> Result<Stepped, CallError> {
-        let get_status = self.library.functions.get_status;
+        match self.try_step(time, size) {
+            Ok(()) => Ok(Stepped::Done),
+            Err(e) if e.status == Status::Discard => self.go_on(time, size, e),
+            Err(e) => Err(e),
+        }
+    }
+
+    #[inline]
+    fn try_step(&mut self, time: f64, size: f64) -> Result<(), CallError> {
+        let get_status = self.functions.get_status;
         let no_way_back = c_int::from(self.kept.is_null());
         // SAFETY: no pointers but the component, and a status on our stack.
-        let stepped = self.call(&"fmi2DoStep", |f, c| unsafe {
+        self.call(&"fmi2DoStep", |f, c| unsafe {
             // The last argument says that no state before this point is set again.
             let mut status = (f.do_step)(c, time, size, no_way_back);
             if let Some(get_status) = get_status {
@@ -183,24 +203,57 @@ impl Instance {
                 }
             }
             status
-        });
-        match stepped {
-            Ok(()) => Ok(Stepped::Done),
-            Err(mut e) if e.status == Status::Discard => {
-                let reached = self.last_successful_time();
-                if self.terminated() {
-                    self.running = false;
-                    return Ok(Stepped::Ended(reached.unwrap_or(time)));
-                }
-                self.alive = false;
-                e.said.push(match reached {
-                    Some(reached) => format!("the step from t = {time} s over {size} s was done up to t = {reached} s"),
-                    None => format!("the step from t = {time} s over {size} s was not done"),
-                });
-                Err(e)
+        })
+    }
+
+    /// After a step was discarded: asks how far it came and goes on from there.
+    #[cold]
+    fn go_on(&mut self, time: f64, size: f64, discarded: CallError) -> Result<Stepped, CallError> {
+        /// Parts that one step may fall into, and the smallest of them.
+        const MOST: usize = 1000;
+        const LEAST: f64 = 1.0 / 1024.0;
+        let end = time + size;
+        let (nothing, hardly) = (1e-9 * size, 1e-12 * size);
+        let (mut from, mut part, mut last) = (time, size, discarded);
+        let mut reached = None;
+        for _ in 0..MOST {
+            reached = self.last_successful_time();
+            if self.terminated() {
+                self.running = false;
+                return Ok(Stepped::Ended(reached.unwrap_or(from)));
             }
-            Err(e) => Err(e),
+            match reached.filter(|_| self.variable_steps) {
+                Some(t) if t > from + hardly && t <= end + nothing => (from, part) = (t, end - t),
+                Some(t) if (t - from).abs() <= hardly && part > LEAST * size => part *= 0.5,
+                _ => break,
+            }
+            self.early_returns += 1;
+            last = loop {
+                if end - from <= nothing {
+                    return Ok(Stepped::Done);
+                }
+                part = part.min(end - from);
+                match self.try_step(from, part) {
+                    Ok(()) => from += part,
+                    Err(e) if e.status == Status::Discard => break e,
+                    Err(e) => return Err(e),
+                }
+            };
         }
+        self.alive = false;
+        last.said.push(match reached {
+            Some(reached) => format!("the step from t = {time} s over {size} s was done up to t = {reached} s"),
+            None => format!("the step from t = {time} s over {size} s was not done"),
+        });
+        if !self.variable_steps {
+            last.said.push("it takes steps of one length only (canHandleVariableCommunicationStepSize is false), so nothing follows".into());
+        }
+        Err(last)
+    }
+
+    /// How often the unit broke a step off and went on.
+    pub fn early_returns(&self) -> u64 {
+        self.early_returns
     }
 
     /// `fmi2Terminate`, if the instance runs.
@@ -233,6 +286,13 @@ impl Instance {
                     })?;
                 }
             };
+        }
+        if o.is_plain() {
+            let batch = &mut o.reals;
+            // SAFETY: both arrays have as many elements as the call is told.
+            return self.call(&"fmi2GetReal", |f, c| unsafe {
+                (f.get_real)(c, batch.references.as_ptr(), batch.references.len(), batch.values.as_mut_ptr())
+            });
         }
         scalars!(o.reals, "fmi2GetReal", get_real);
         scalars!(o.integers, "fmi2GetInteger", get_integer);
@@ -323,7 +383,20 @@ impl Instance {
                 (f.set_string)(c, references.as_ptr(), references.len(), pointers.as_ptr())
             })?;
         }
+        let (references, orders, values) = &sets.derivatives;
+        if let (Some(set), false) = (self.functions.set_input_derivatives, references.is_empty()) {
+            debug_assert!(references.len() == orders.len() && references.len() == values.len());
+            // SAFETY: the arrays have as many elements as the call is told.
+            self.call(&"fmi2SetRealInputDerivatives", |_, c| unsafe {
+                set(c, references.as_ptr(), references.len(), orders.as_ptr(), values.as_ptr())
+            })?;
+        }
         Ok(())
+    }
+
+    /// Whether derivatives of inputs can be set, as far as the library tells.
+    pub fn takes_derivatives(&self) -> bool {
+        self.functions.set_input_derivatives.is_some()
     }
 
     /// Sets reals by one call; both slices are equally long.
@@ -391,9 +464,10 @@ impl Instance {
         if !self.is_alive() {
             return Err(self.refused(name, Status::NotCalled, String::new()));
         }
-        self.pulse.begin(name);
+        self.calls = self.calls.wrapping_add(1);
+        self.pulse.begin(name, self.calls);
         let code = f(&self.functions, self.component.as_ptr());
-        self.pulse.end();
+        self.pulse.end(self.calls);
         if code == FMI2_OK { Ok(()) } else { self.judge(name, code) }
     }
 

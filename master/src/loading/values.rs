@@ -86,12 +86,20 @@ pub struct Outputs {
     /// Arrays of integers.
     pub integer_arrays: Vec<Array<i32>>,
     known: HashMap<(Option<Class>, u32), Slot>,
+    /// Whether there is something else than Reals.
+    mixed: bool,
 }
 
 impl Outputs {
     /// Whether there is nothing to read.
     pub fn is_empty(&self) -> bool {
         self.known.is_empty()
+    }
+
+    /// Whether there are Reals and nothing else, so that one call reads all.
+    #[inline]
+    pub fn is_plain(&self) -> bool {
+        !self.mixed && !self.reals.references.is_empty()
     }
 
     /// Adds a scalar: its class, value reference and index into the model's variables.
@@ -107,6 +115,7 @@ impl Outputs {
         };
         let slot = Slot::Scalar(class, at);
         self.known.insert((Some(class), reference), slot);
+        self.mixed |= class != Class::Real;
         slot
     }
 
@@ -123,6 +132,7 @@ impl Outputs {
             Slot::RealArray(self.real_arrays.len() - 1)
         };
         self.known.insert((None, reference), slot);
+        self.mixed = true;
         slot
     }
 
@@ -186,6 +196,8 @@ pub struct Sets {
     pub booleans: (Vec<u32>, Vec<i32>),
     /// Of strings.
     pub strings: (Vec<u32>, Vec<String>),
+    /// References, orders and values of derivatives of Real inputs, set after all others.
+    pub derivatives: (Vec<u32>, Vec<i32>, Vec<f64>),
 }
 
 impl Sets {
@@ -199,6 +211,16 @@ impl Sets {
         self.booleans.1.clear();
         self.strings.0.clear();
         self.strings.1.clear();
+        self.derivatives.0.clear();
+        self.derivatives.1.clear();
+        self.derivatives.2.clear();
+    }
+
+    /// Adds the derivative of an order of a Real input.
+    pub fn derivative(&mut self, reference: u32, order: i32, value: f64) {
+        self.derivatives.0.push(reference);
+        self.derivatives.1.push(order);
+        self.derivatives.2.push(value);
     }
 
     /// Adds a real.

@@ -32,7 +32,9 @@ pub fn bonds(system: &System) -> Vec<BondEnergy> {
         let all = plan.bonds[index].pairs.iter().all(|p| extrapolated(p.effort) && extrapolated(p.flow));
         let order = if all || plan.algorithm.scheme == Scheme::Iterated { 2.0 } else { 1.0 };
         let part = energy.residual.abs() / energy.passed;
-        let step = (part > SMALL).then(|| step * (SMALL / part).powf(1.0 / order));
+        // Where the step varies there is none to tell.
+        let fixed = plan.algorithm.scheme != Scheme::Ecco;
+        let step = (part > SMALL && fixed).then(|| step * (SMALL / part).powf(1.0 / order));
         BondEnergy { name: name.to_owned(), energy, step }
     };
     system.energies().enumerate().map(of).collect()

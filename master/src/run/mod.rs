@@ -284,6 +284,9 @@ impl State {
     /// Ends the units and closes the files.
     fn finish(&mut self, host: &Host) -> Result<(), Failure> {
         if let Some(system) = &mut self.system {
+            for (unit, count) in system.early_returns() {
+                host.note(&format!("unit {unit} broke off {count} steps before their end and went on from there"));
+            }
             for error in system.terminate() {
                 host.note(&error.to_string());
             }

@@ -24,7 +24,11 @@ struct Course {
 
 /// All bonds of a run.
 #[derive(Debug, Default)]
-pub struct Ringing(Vec<Course>);
+pub struct Ringing {
+    courses: Vec<Course>,
+    /// The base step to look again.
+    next: u64,
+}
 
 impl Ringing {
     /// Looks at the bonds at a base step.
@@ -32,15 +36,16 @@ impl Ringing {
     /// # Errors
     /// [`Failure::Rings`].
     pub fn look(&mut self, system: &mut System, tick: u64) -> Result<(), Failure> {
-        if !tick.is_multiple_of(WINDOW) {
+        if tick < self.next {
             return Ok(());
         }
+        self.next = tick + WINDOW;
         let mut rings = None;
         for (k, (name, energy)) in system.energies().enumerate() {
-            if self.0.len() <= k {
-                self.0.push(Course::default());
+            if self.courses.len() <= k {
+                self.courses.push(Course::default());
             }
-            let course = &mut self.0[k];
+            let course = &mut self.courses[k];
             let (passed, made) = (energy.passed - course.at.passed, energy.residual - course.at.residual);
             let grows = passed > GROWTH * course.passed && course.passed > 0.0 && made > PART * passed;
             course.growing = if grows { course.growing + 1 } else { 0 };

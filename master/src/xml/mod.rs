@@ -1,7 +1,7 @@
 //! XML documents as a flat tree with line numbers, read within limits.
 //!
-//! Elements are looked up by local name, so that any namespace prefix will do. Text between elements is skipped: neither
-//! FMI 2.0 nor SSP puts data there. A document type definition is refused, so no entity of the file's own making exists.
+//! Elements are looked up by local name, so that any namespace prefix will do. Of text between tags the first
+//! piece of each element is kept: neither FMI 2.0 nor SSP puts data there, OSP does. A document type definition is refused, so no entity of the file's own making exists.
 //!
 //! Namespaces are not resolved: every file we read has one vocabulary per subtree, and tools disagree on the prefixes.
 
@@ -47,6 +47,8 @@ struct Node {
     first_child: u32,
     next: u32,
     line: u32,
+    /// The first text inside it that is not blank.
+    text: Span,
 }
 
 const NONE: u32 = u32::MAX;
@@ -110,6 +112,10 @@ impl Document {
                     builder.close();
                     Ok(())
                 }
+                Event::Text(text) => {
+                    builder.text(&text);
+                    Ok(())
+                }
                 Event::DocType(_) => Err(FaultKind::Doctype),
                 Event::Eof => break,
                 _ => Ok(()),
@@ -128,6 +134,11 @@ impl Document {
     /// The root element.
     pub fn root(&self) -> Element<'_> {
         Element { document: self, index: 0 }
+    }
+
+    /// All elements, in the order of the file.
+    pub fn elements(&self) -> impl Iterator<Item = Element<'_>> {
+        (0..self.nodes.len() as u32).map(|index| Element { document: self, index })
     }
 
     /// The root element, if it has that local name.
@@ -212,12 +223,21 @@ impl Builder {
             *last = index;
         }
         let attributes = (first as u32, self.document.attributes.len() as u32);
-        self.document.nodes.push(Node { name, attributes, parent, first_child: NONE, next: NONE, line });
+        let text = Span { start: 0, end: 0 };
+        self.document.nodes.push(Node { name, attributes, parent, first_child: NONE, next: NONE, line, text });
         if has_content {
             self.open.push(index);
             self.last_child.push(NONE);
         }
         Ok(())
+    }
+
+    fn text(&mut self, text: &str) {
+        let text = text.trim_matches(|c: char| c.is_ascii_whitespace());
+        let Some(&index) = self.open.last().filter(|_| !text.is_empty()) else { return };
+        if self.document.nodes[index as usize].text.end == 0 {
+            self.document.nodes[index as usize].text = self.span(text);
+        }
     }
 
     fn close(&mut self) {
@@ -251,6 +271,11 @@ impl<'d> Element<'d> {
         let (from, to) = self.node().attributes;
         let list = &self.document.attributes[from as usize..to as usize];
         list.iter().find(|(key, _)| self.document.get(*key) == name).map(|(_, value)| self.document.get(*value))
+    }
+
+    /// The first text inside it, without the blanks around it; empty where there is none. References in it stay as they are.
+    pub fn text(self) -> &'d str {
+        self.document.get(self.node().text)
     }
 
     /// The children, in order.

@@ -125,6 +125,15 @@ impl Bench {
         Self { folder, file }
     }
 
+    /// Packs an FMU anew with another model description.
+    pub fn change_model(&self, model: &str, change: impl Fn(String) -> String) {
+        let models = testunits::models();
+        let model = models.iter().find(|m| m.name == model).unwrap();
+        let fmu = self.folder.path().join(format!("{}.fmu", model.name));
+        fs::remove_file(&fmu).unwrap();
+        pack(&fmu, model.name, &change(model.xml()));
+    }
+
     pub fn out(&self) -> PathBuf {
         self.folder.path().join("out")
     }

@@ -3,7 +3,7 @@
 use super::{Call, Instance, Mode, Refused};
 use crate::Host;
 use crate::unit::{LogCategory, Stage};
-use crate::values::Value;
+use crate::values::{READ, Value, WRITE, all_finite};
 use crate::variables::{Causality, Variability, Variable};
 
 impl Instance {
@@ -50,7 +50,7 @@ impl Instance {
                 v.name
             )));
         }
-        if let Some(reason) = self.values.locks[vr as usize] {
+        if let Some(reason) = self.values.lock_of(vr) {
             return Err(Refused::error(format!("{function}: '{}' comes too late: {reason}", v.name)));
         }
         Ok(v)
@@ -68,22 +68,42 @@ impl Instance {
     /// Unknown reference, wrong type, wrong mode, late work that fails, a value that is not finite.
     pub fn real(&mut self, vr: u32) -> Call<f64> {
         // Thousands of these a step: nothing needs to be brought up to date, and the table has been asked before.
-        if self.mode == Mode::StepComplete
-            && self.quick.get(vr as usize).is_some_and(|q| q & READ != 0)
-            && let Value::Real(x) = self.values.values[vr as usize]
-            && x.is_finite()
-        {
-            return Ok(x);
+        if self.mode == Mode::StepComplete && self.values.quick.get(vr as usize).is_some_and(|q| q & READ != 0) {
+            let x = self.values.reals[vr as usize];
+            if x.is_finite() {
+                return Ok(x);
+            }
         }
         self.before_get("fmi2GetReal", vr, "Real")?;
-        match self.values.values[vr as usize] {
-            Value::Real(x) if x.is_finite() => Ok(x),
-            Value::Real(x) => {
-                self.mode = Mode::Poisoned;
-                Err(Refused { category: LogCategory::Numerical, ..self.not_finite("fmi2GetReal", vr, x, None) })
-            }
-            _ => unreachable!("checked against the table"),
+        let x = self.values.reals[vr as usize];
+        if x.is_finite() {
+            return Ok(x);
         }
+        self.mode = Mode::Poisoned;
+        Err(Refused { category: LogCategory::Numerical, ..self.not_finite("fmi2GetReal", vr, x, None) })
+    }
+    /// Reads several reals; both slices are equally long.
+    ///
+    /// # Errors
+    /// As [`Instance::real`].
+    pub fn reals(&mut self, vr: &[u32], to: &mut [f64]) -> Call {
+        if self.mode == Mode::StepComplete && self.values.read_run(vr, to) {
+            return Ok(());
+        }
+        for (vr, to) in vr.iter().zip(to) {
+            *to = self.real(*vr)?;
+        }
+        Ok(())
+    }
+    /// Writes several reals; both slices are equally long.
+    ///
+    /// # Errors
+    /// As [`Instance::set_real`]; those before the faulty one are set then.
+    pub fn set_reals(&mut self, vr: &[u32], values: &[f64]) -> Call {
+        if self.mode == Mode::StepComplete && self.values.write_run(vr, values) {
+            return Ok(());
+        }
+        vr.iter().zip(values).try_for_each(|(vr, x)| self.set_real(*vr, *x))
     }
     /// Writes a real.
     ///
@@ -91,11 +111,10 @@ impl Instance {
     /// Unknown reference, wrong type, not settable, too late, not finite, outside its range.
     pub fn set_real(&mut self, vr: u32, x: f64) -> Call {
         if self.mode == Mode::StepComplete
-            && self.quick.get(vr as usize).is_some_and(|q| q & WRITE != 0)
+            && self.values.quick.get(vr as usize).is_some_and(|q| q & WRITE != 0)
             && x.is_finite()
-            && self.values.locks[vr as usize].is_none()
         {
-            self.store(vr, Value::Real(x));
+            self.store_real(vr, x);
             return Ok(());
         }
         let v = self.before_set("fmi2SetReal", vr, "Real")?;
@@ -103,7 +122,7 @@ impl Instance {
             return Err(self.not_finite("fmi2SetReal", vr, x, None));
         }
         in_range("fmi2SetReal", v, x)?;
-        self.store(vr, Value::Real(x));
+        self.store_real(vr, x);
         Ok(())
     }
     /// Reads an integer.
@@ -166,6 +185,31 @@ impl Instance {
         self.before_set("fmi2SetString", vr, "String")?;
         self.store(vr, Value::String(x.into()));
         Ok(())
+    }
+    /// Gives the derivative of an input, of order 1 or higher, for the step that comes.
+    ///
+    /// # Errors
+    /// A model that does not interpolate, no Real input, an order below 1, a value that is not finite.
+    pub fn set_derivative(&mut self, vr: u32, order: i32, x: f64) -> Call {
+        let function = "fmi2SetRealInputDerivatives";
+        if !self.model.interpolates_inputs {
+            return Err(Refused::error(format!(
+                "{function}: this unit does not interpolate its inputs (canInterpolateInputs is false)"
+            )));
+        }
+        let v = self.before_set(function, vr, "Real")?;
+        if v.causality != Causality::Input || order < 1 {
+            return Err(Refused::error(format!("{function}: order {order} of {v}; allowed: inputs, orders from 1")));
+        }
+        if !x.is_finite() {
+            return Err(self.not_finite(function, vr, x, None));
+        }
+        self.values.set_derivative(vr, order, x);
+        Ok(())
+    }
+    fn store_real(&mut self, vr: u32, x: f64) {
+        self.values.reals[vr as usize] = x;
+        self.values.mark_changed(vr);
     }
     fn store(&mut self, vr: u32, value: Value) {
         self.values.values[vr as usize] = value;
@@ -261,22 +305,6 @@ impl Instance {
     }
 }
 
-/// A Real that is read as it stands between steps.
-const READ: u8 = 1;
-/// A Real without range that may be set between steps.
-const WRITE: u8 = 2;
-
-/// What a get or set of `v` between steps may skip: [`READ`], [`WRITE`].
-pub(super) fn quick(v: &Variable) -> u8 {
-    if v.start.type_name() != "Real" {
-        return 0;
-    }
-    let read = if v.on_demand { 0 } else { READ };
-    let free = v.min.is_none() && v.max.is_none() && v.causality.settable();
-    let late = v.causality == Causality::Parameter && v.variability == Variability::Fixed;
-    read | if free && !late { WRITE } else { 0 }
-}
-
 fn in_range(function: &str, v: &Variable, x: f64) -> Call {
     if v.min.is_some_and(|m| x < m) || v.max.is_some_and(|m| x > m) {
         let bound = |b: Option<f64>| b.map_or("unbounded".into(), |b| b.to_string());
@@ -292,9 +320,7 @@ fn in_range(function: &str, v: &Variable, x: f64) -> Call {
 }
 
 fn first_not_finite(x: &[f64]) -> Option<(usize, f64)> {
-    // Not finite = all bits of the exponent set. Without branches and without sums that wait for each other.
-    const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
-    if !x.iter().fold(false, |bad, x| bad | (x.to_bits() & EXPONENT == EXPONENT)) {
+    if all_finite(x) {
         return None;
     }
     x.iter().copied().enumerate().find(|(_, x)| !x.is_finite())

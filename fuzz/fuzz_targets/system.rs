@@ -1,0 +1,6 @@
+#![no_main]
+
+#[path = "../src/system.rs"]
+mod system;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| system::read(bytes));
