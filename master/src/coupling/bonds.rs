@@ -108,6 +108,7 @@ impl Bonds {
     /// A step that was begun does not count.
     pub fn forget(&mut self) {
         self.open = false;
+        self.bonds.iter_mut().flat_map(|b| &mut b.contacts).for_each(Contact::forget);
     }
 
     /// Whether there is nothing to do.
@@ -183,7 +184,7 @@ impl Bonds {
                 bond.sums.residual += length * p.watts * (p.effort.held * flow - p.flow.held * effort);
                 power += p.watts * p.effort.held * flow;
             }
-            for contact in &bond.contacts {
+            for contact in &mut bond.contacts {
                 let (made, passed) = contact.end(&links.outputs);
                 bond.sums.residual += length * made;
                 power += passed;

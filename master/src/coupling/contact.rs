@@ -21,6 +21,8 @@ pub struct Contact {
     /// What the terrain holds, which is what the mesh's velocities (m/s) are at the beginning.
     held_velocity: Vec<f64>,
     begin: Vec<f64>,
+    /// What of the step under way has been noted, of the mesh and of the terrain: an iteration gives inputs several times, arrays only the first.
+    noted: [bool; 2],
 }
 
 impl Contact {
@@ -37,23 +39,30 @@ impl Contact {
             held_index: Vec::new(),
             held_velocity: Vec::new(),
             begin: Vec::new(),
+            noted: [false; 2],
         })
     }
 
     /// A unit has been given its inputs: notes what it holds and how it begins.
     pub fn begin(&mut self, unit: usize, outputs: &[Outputs]) {
-        if unit == self.mesh {
+        if unit == self.mesh && !std::mem::replace(&mut self.noted[0], true) {
             self.held_force.keep(outputs[self.terrain].reals_of(self.force));
             self.held_index.keep(outputs[self.terrain].integers_of(self.index));
             self.begin.keep(outputs[self.mesh].reals_of(self.velocity));
         }
-        if unit == self.terrain {
+        if unit == self.terrain && !std::mem::replace(&mut self.noted[1], true) {
             self.held_velocity.keep(outputs[self.mesh].reals_of(self.velocity));
         }
     }
 
+    /// A step that was begun does not count.
+    pub fn forget(&mut self) {
+        self.noted = [false; 2];
+    }
+
     /// Power that the coupling makes over the step just done, and power that passes (W).
-    pub fn end(&self, outputs: &[Outputs]) -> (f64, f64) {
+    pub fn end(&mut self, outputs: &[Outputs]) -> (f64, f64) {
+        self.forget();
         let end = outputs[self.mesh].reals_of(self.velocity);
         let mean = |i: usize| 0.5 * (self.begin.get(i).copied().unwrap_or(0.0) + end.get(i).copied().unwrap_or(0.0));
         let passed = power(&self.held_force, &self.held_index, mean);
