@@ -107,3 +107,33 @@ fn grousers_are_placed_above_the_ground() {
     assert!((rig.get("wheel[1].position.z") - 0.369).abs() < 1e-15);
     assert!((rig.get("sinkage") + 0.011).abs() < 1e-15);
 }
+
+#[test]
+fn a_tire_that_sends_the_hub_s_inertia_back_is_met_without_chatter() {
+    // A flexible tire: 330 kN/m, 11.6 kg handed to the hub, which it answers with at the acceleration of the step before.
+    for (size, speed) in [(4e-5, 0.03), (4e-5, 0.12), (2e-4, 0.12), (1e-3, 0.12)] {
+        let mut rig = Rig::entered(&format!(
+            r#"{{"load": {{"mass": 500, "force": 5000}}, "slide": {{"lowering_speed": {speed}}}, "inner_step": 4e-5}}"#
+        ));
+        rig.set("wheel[1].hub_mass", 11.6).unwrap();
+        rig.exit();
+        let mut before = 0.0;
+        let mut soil = |c: &Contact, size: f64| {
+            let acceleration = (c.velocity[2] - before) / size;
+            before = c.velocity[2];
+            [0.0, 0.0, 3.3e5 * c.depth.max(0.0) + 11.6 * acceleration]
+        };
+        let (mut last, mut jump) = (0.0, 0.0f64);
+        while rig.time < 1.0 {
+            let next = rig.time + size;
+            rig.run(&mut soil, size, next);
+            let speed = rig.get("wheel[1].velocity.z");
+            jump = jump.max((speed - last).abs());
+            last = speed;
+        }
+        // No more than free fall, but at touchdown with a long step.
+        assert!(jump < 9.81 * size * 1.01 + 0.1 * speed, "H {size}, {speed} m/s: the speed jumps by {jump} m/s");
+        let force = rig.get("wheel_force.z");
+        assert!((force - 5000.0).abs() < 25.0, "H {size}, {speed} m/s: {force} N");
+    }
+}

@@ -201,8 +201,12 @@ impl Rig {
         let (mass, load) = (self.sliding_mass(), self.load());
         let limit = slide.lowering_speed;
         if m.phase == Phase::Lowering {
-            // A damper without inertia: a mass on it would sway on stiff ground. It falls no faster than freely.
-            let given_way = ((lift - load) / self.touchdown_damping()).clamp(-limit, limit);
+            // A damper without the slide's inertia, which would sway on stiff ground. The hub's is there: a flexible tire
+            // sends the hub's mass times its acceleration back, and a wheel without that mass answers with more each time.
+            // It falls no faster than freely.
+            let inertia = self.hub_mass / h;
+            let given_way = (inertia * m.vz + lift - load) / (inertia + self.touchdown_damping());
+            let given_way = given_way.clamp(-limit, limit);
             m.vz = given_way.max(m.vz - GRAVITY * h);
         } else {
             let fading = Ramp { delay: 0.0, duration: slide.release };
