@@ -103,7 +103,7 @@ fn press(spec: &FlexibleTire) -> Result<Vec<Pressed>, Box<dyn std::error::Error>
     let free = tire.state.shell.q.chunks(6).map(|n| -n[2]).fold(0.0, f64::max);
     tire.state.plane = Some(Plane::horizontal(-free));
     let options = StaticOptions { first: 0.5, largest: 1.0, tolerance: 1e-7, descent: 400, ..StaticOptions::default() };
-    let areas = tire.node_areas();
+    let areas = tire.mesh.surface.areas.clone();
     let around = 2.0 * std::f64::consts::PI * tire.mesh.radius / tire.mesh.around as f64;
     DEFLECTIONS
         .iter()

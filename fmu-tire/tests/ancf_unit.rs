@@ -195,16 +195,96 @@ fn kept_tangent_agrees_with_full_newton() {
     assert!(worst < 1e-6 && (fa - fb).abs() < 1e-2 * fb.abs(), "{worst} {fa} {fb}");
 }
 
-#[test]
-fn faults_are_named() {
+/// What the unit says to a specification, changed from the layered tire on a coarse mesh.
+fn refused(change: impl FnOnce(&mut FlexibleTire)) -> String {
+    let mut spec: FlexibleTire = serde_json::from_str(&coarse(HMMWV_LAYERED)).unwrap();
+    change(&mut spec);
     let mut unit = Instance::new(fmu_tire::ancf::model(), None, Box::new(|_, _| ()));
     let vr = unit.model().table.find("specification").unwrap().0;
-    unit.set_string(vr, &coarse(HMMWV_LAYERED).replace("\"divisions\":24", "\"divisions\":3")).unwrap();
+    unit.set_string(vr, &serde_json::to_string(&spec).unwrap()).unwrap();
     unit.setup(0.0, None).unwrap();
-    assert!(unit.enter_initialization().is_err());
-    let mut unit = Unit::new(&coarse(HMMWV_LAYERED), |_| ());
-    let (index, force) = (unit.vr("contact.index"), unit.vr("contact.force"));
-    unit.0.set_integer_array(index, &[5, 4]).unwrap();
-    unit.0.set_real_array(force, &[0.0; 6]).unwrap();
-    assert!(unit.0.do_step(0.0, 1e-4).is_err());
+    unit.enter_initialization().expect_err("the specification is wrong").message
+}
+
+/// Each fault of a specification is told with its place, what was given and what is allowed.
+#[test]
+fn faults_of_a_specification_are_named() {
+    use fmu_tire::ancf::spec::{Lugs, Shape};
+    type Change = fn(&mut FlexibleTire);
+    let cases: [(Change, &[&str]); 13] = [
+        (|s| s.sections[1].layers[0].thickness = -0.0005, &["section 'sidewall'", "layer 1", "thickness = -0.0005 m"]),
+        (|s| s.materials[0].young[1] = 1e3, &["section 'bead'", "not positive definite"]),
+        (
+            |s| {
+                let Shape::Profile(points) = &mut s.shape else { unreachable!() };
+                (points[30][1], points[31][2]) = (0.05, 0.1);
+            },
+            &["profile", "crosses itself between t = "],
+        ),
+        (|s| s.divisions = 3, &["'divisions' is 3", "8 to 720"]),
+        (|s| s.sections[2].elements = 0, &["'sections'", "at least one element"]),
+        (|s| s.sections.clear(), &["'sections'"]),
+        (|s| s.sections[0].layers.clear(), &["section 'bead'", "no layers"]),
+        (|s| s.sections[0].layers[1].material = "steal".into(), &["no material is called 'steal'"]),
+        (|s| s.pressure = -2e5, &["'pressure' is -200000"]),
+        (|s| s.damping = -0.1, &["'damping' is -0.1"]),
+        (|s| s.integrator.alpha = 0.2, &["'integrator.alpha' is 0.2", "-1/3 to 0"]),
+        (|s| s.integrator.step = 0.0, &["'integrator.step' is 0"]),
+        (
+            |s| s.lugs = Some(Lugs { count: 7, height: -0.01, elements: 1, staggered: false }),
+            &["'lugs.height' is -0.01", "'lugs.count' is 7", "divisor of 'divisions' (24)"],
+        ),
+    ];
+    for (change, parts) in cases {
+        let text = refused(change);
+        println!("{text}\n");
+        parts.iter().for_each(|p| assert!(text.contains(p), "{p} missing in: {text}"));
+    }
+}
+
+/// Contact arrays that do not fit, and forces that no tire stands: told, the instance is poisoned, and a saved state brings it back.
+#[test]
+fn faults_of_a_run_are_named_and_a_saved_state_brings_the_tire_back() {
+    let start = || {
+        let mut unit = Unit::new(&coarse(HMMWV_LAYERED), |_| ());
+        unit.wheel(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        unit.0.do_step(0.0, 1e-4).unwrap();
+        let state = unit.0.save().unwrap();
+        (unit, state)
+    };
+    let nan = f64::NAN;
+    let cases: [(&[i32], &[f64], &[&str]); 6] = [
+        (&[5, 4], &[0.0; 6], &["'contact.index' element 1 is 4 after 5", "ascending and unique"]),
+        (&[4, 4], &[0.0; 6], &["'contact.index' element 1 is 4 after 4"]),
+        (&[-1], &[0.0; 3], &["'contact.index' element 0 is -1"]),
+        (&[100_000], &[0.0; 3], &["'contact.index' element 0 is 100000", "0 to 215"]),
+        (&[4], &[0.0; 2], &["'contact.index' has 1 elements and 'contact.force' 2", "three reals"]),
+        // A tread node pulled by a hundred tons: the step is halved, then the run stops with its figures.
+        (&[4], &[0.0, 0.0, 1e9], &["t = 0.0001"]),
+    ];
+    for (index, force, parts) in cases {
+        let (mut unit, state) = start();
+        let (i, f) = (unit.vr("contact.index"), unit.vr("contact.force"));
+        unit.0.set_integer_array(i, index).unwrap();
+        unit.0.set_real_array(f, force).unwrap();
+        let text = unit.0.do_step(1e-4, 1e-4).expect_err("the input is wrong").message;
+        println!("{text}\n");
+        parts.iter().for_each(|p| assert!(text.contains(p), "{p} missing in: {text}"));
+        assert!(unit.0.do_step(1e-4, 1e-4).is_err(), "poisoned");
+        unit.0.restore(&state).unwrap();
+        unit.0.set_integer_array(i, &[]).unwrap();
+        unit.0.set_real_array(f, &[]).unwrap();
+        unit.0.do_step(1e-4, 1e-4).unwrap();
+    }
+    let (mut unit, _) = start();
+    let f = unit.vr("contact.force");
+    // Not a number: refused where it enters, or at the step.
+    let i = unit.vr("contact.index");
+    unit.0.set_integer_array(i, &[4]).unwrap();
+    let refused = unit.0.set_real_array(f, &[nan, 0.0, 0.0]).err().or_else(|| unit.0.do_step(1e-4, 1e-4).err());
+    assert!(refused.expect("not a number").message.contains("contact.force"));
+    let (mut unit, _) = start();
+    let w = unit.vr("wheel.orientation.w");
+    let refused = unit.0.set_real(w, 7.0).err().or_else(|| unit.0.do_step(1e-4, 1e-4).err());
+    assert!(refused.expect("no unit quaternion").message.contains("wheel"));
 }

@@ -1,6 +1,7 @@
 //! The tangent of a mesh as a sparse symmetric matrix over its free nodes.
 
 use super::AncfError;
+use super::external::Block;
 use super::kernel::{self, Loads, TangentWeights};
 use super::mesh::{NODE, ShellMesh};
 use super::strain::COORDS;
@@ -162,8 +163,8 @@ impl Assembly {
         }
     }
 
-    /// Assembles the tangent (its symmetric part) at a state and factorises it. `extra` adds symmetric 3 x 3 blocks to nodes' positions
-    /// (contact), N/m, already weighted.
+    /// Assembles the tangent (its symmetric part) at a state and factorises it. `extra` adds what the ground does to
+    /// vertices, already weighted.
     ///
     /// # Errors
     /// [`AncfError::Sparse`] if the factorisation fails.
@@ -173,7 +174,7 @@ impl Assembly {
         loads: &Loads,
         q: &[f64],
         weights: &TangentWeights,
-        extra: &[(u32, [[f64; 3]; 3])],
+        extra: &[Block],
     ) -> Result<(), AncfError> {
         self.assemble(mesh, loads, q, weights, extra);
         self.solver.factor(&self.values)?;
@@ -181,14 +182,7 @@ impl Assembly {
     }
 
     /// The assembly alone; see [`factor`](Self::factor).
-    pub fn assemble(
-        &mut self,
-        mesh: &ShellMesh,
-        loads: &Loads,
-        q: &[f64],
-        weights: &TangentWeights,
-        extra: &[(u32, [[f64; 3]; 3])],
-    ) {
+    pub fn assemble(&mut self, mesh: &ShellMesh, loads: &Loads, q: &[f64], weights: &TangentWeights, extra: &[Block]) {
         self.values.fill(0.0);
         let mut tangents = std::mem::take(&mut self.tangents);
         for first in (0..mesh.shells().len()).step_by(ELEMENTS_AT_ONCE) {
@@ -203,13 +197,15 @@ impl Assembly {
             }
         }
         self.tangents = tangents;
-        for (node, block) in extra {
+        for Block { node, offset, stiffness } in extra {
             let column = self.block_of[*node as usize];
             if column != NONE {
-                for c in 0..3 {
-                    for r in c..3 {
+                let share = |k: usize| if k < 3 { 1.0 } else { *offset };
+                for c in 0..NODE {
+                    for r in c..NODE {
                         let place = self.place(column as usize, 0, r, c);
-                        self.values[place] += 0.5 * (block[r][c] + block[c][r]);
+                        let both = stiffness[r % 3][c % 3] + stiffness[c % 3][r % 3];
+                        self.values[place] += 0.5 * share(r) * share(c) * both;
                     }
                 }
             }

@@ -2,8 +2,16 @@
 
 use super::mesh::NODE;
 
-/// A 3 x 3 block on the position of a node, N/m.
-pub type Block = (u32, [[f64; 3]; 3]);
+/// A stiffness that a vertex of the surface feels.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Block {
+    /// The node that the vertex moves with.
+    pub node: u32,
+    /// Distance of the vertex from it along the director, m.
+    pub offset: f64,
+    /// 3 x 3, N/m.
+    pub stiffness: [[f64; 3]; 3],
+}
 
 /// A load on the nodes of a mesh.
 pub trait External {

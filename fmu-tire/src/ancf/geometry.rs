@@ -4,6 +4,7 @@ use super::AncfError;
 use super::laminate::Laminate;
 use super::mesh::{NODE, Shell, ShellMesh};
 use super::spec::FlexibleTire;
+use super::surface::Surface;
 
 /// The mesh of a tire in the wheel's frame (axle Y, centre at the origin). Node (i, j), i around and j across, has index
 /// `i (across + 1) + j`; the nodes j = 0 and j = across sit on the rim.
@@ -15,9 +16,9 @@ pub struct TireMesh {
     pub around: usize,
     /// Elements from bead to bead.
     pub across: usize,
-    /// Triangles of the surface, wound outward, three nodes each: two per element, then a strip between the beads that closes it.
-    pub triangles: Vec<[u32; 3]>,
-    /// Undeformed radius, m.
+    /// The surface that meets the ground.
+    pub surface: Surface,
+    /// Undeformed radius, without lugs, m.
     pub radius: f64,
     /// Width, m.
     pub width: f64,
@@ -46,25 +47,19 @@ impl TireMesh {
         }
         let node = |i: usize, j: usize| ((i % around) * (across + 1) + j) as u32;
         let mut shells = Vec::with_capacity(around * across);
-        let mut triangles = Vec::with_capacity(2 * around * (across + 1));
         for i in 0..around {
             for j in 0..across {
                 let nodes = [node(i + 1, j), node(i, j), node(i, j + 1), node(i + 1, j + 1)];
                 shells.push(Shell { nodes, laminate: section_of(spec, j) });
-                triangles.push([nodes[0], nodes[1], nodes[2]]);
-                triangles.push([nodes[0], nodes[2], nodes[3]]);
             }
         }
-        for i in 0..around {
-            let nodes = [node(i + 1, across), node(i, across), node(i, 0), node(i + 1, 0)];
-            triangles.push([nodes[0], nodes[1], nodes[2]]);
-            triangles.push([nodes[0], nodes[2], nodes[3]]);
-        }
+        let mesh = ShellMesh::new(reference, shells, &laminates)?;
+        let lugs = spec.lug_plan()?;
         Ok(Self {
-            mesh: ShellMesh::new(reference, shells, &laminates)?,
+            surface: Surface::new(&mesh, around, across, lugs.as_ref()),
+            mesh,
             around,
             across,
-            triangles,
             radius: spec.rim.radius + profile.height(),
             width: profile.width(),
         })

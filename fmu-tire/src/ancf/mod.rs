@@ -21,7 +21,7 @@
 //! | [`mesh`], [`assembly`], [`team`] | many shells: forces, tangent, sparse scatter, threads |
 //! | [`statics`], [`hht`], [`secant`] | equilibrium, time integration, its quasi-Newton memory |
 //! | [`spec`], [`profile`], [`geometry`], [`inflate`] | the tire: specification, mesh, inflation |
-//! | [`plane`], [`rim`], [`tire`] | ground of its own, rim's motion, the tire on a wheel |
+//! | [`surface`], [`plane`], [`rim`], [`tire`] | contact surface with lugs, ground of its own, rim's motion, the tire on a wheel |
 //! | [`variables`], [`FlexibleTireUnit`] | the unit `tire_ancf` |
 
 pub mod assembly;
@@ -43,6 +43,7 @@ pub mod secant;
 pub mod spec;
 pub mod statics;
 pub mod strain;
+pub mod surface;
 pub mod team;
 pub mod tire;
 mod unit;

@@ -1,11 +1,11 @@
-//! Contact of nodes with a rigid plane: penalty with Coulomb friction.
+//! Contact of the surface's vertices with a rigid plane: penalty with Coulomb friction.
 //!
-//! A node below the plane feels `k d - c d'` along the normal (never pulled) and, tangentially, a spring to the point where it touched,
+//! A vertex below the plane feels `k d - c d'` along the normal (never pulled) and, tangentially, a spring to the point where it touched,
 //! which slides along so that the force stays within `mu` times the normal force: static friction without creep.
 
 use super::external::{Block, External};
-use super::mesh::NODE;
 use super::spec::Contact;
+use super::surface::{Surface, Vertex};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ pub struct Plane {
     pub height: f64,
     /// Velocity of the plane (a moving road), m/s; tangential.
     pub velocity: [f64; 3],
-    /// Per node in contact: where its tangential spring is attached, m.
+    /// Per vertex in contact: where its tangential spring is attached, m.
     pub anchors: Vec<(u32, [f64; 3])>,
 }
 
@@ -29,11 +29,13 @@ impl Plane {
     }
 }
 
-/// The plane's load on the nodes of a mesh.
+/// The plane's load on the vertices of a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct PlaneLoad<'a> {
     /// The plane; its anchors are those at the beginning of the step.
     pub plane: &'a Plane,
+    /// What it may touch.
+    pub surface: &'a Surface,
     /// Constants.
     pub contact: &'a Contact,
     /// Time since the anchors were set, s: a moving plane carries them along.
@@ -49,18 +51,17 @@ struct Touch {
 }
 
 impl PlaneLoad<'_> {
-    /// Vertices on the rim do not touch: they belong to it.
-    fn touch(&self, node: usize, q: &[f64], v: &[f64]) -> Option<Touch> {
+    fn touch(&self, vertex: usize, q: &[f64], v: &[f64]) -> Option<Touch> {
         let normal = Vector3::from(self.plane.normal);
-        let x = Vector3::from_column_slice(&q[NODE * node..NODE * node + 3]);
+        let x = self.surface.at(vertex, q);
         let depth = self.plane.height - normal.dot(&x);
         if depth <= 0.0 {
             return None;
         }
-        let speed = Vector3::from_column_slice(&v[NODE * node..NODE * node + 3]);
+        let speed = self.surface.at(vertex, v);
         let normal_force =
             (self.contact.normal_stiffness * depth - self.contact.normal_damping * normal.dot(&speed)).max(0.0);
-        let slip = x - self.anchor(node, &x);
+        let slip = x - self.anchor(vertex, &x);
         let spring = (slip - normal * normal.dot(&slip)) * -self.contact.tangential_stiffness;
         let (size, limit) = (spring.norm(), self.contact.friction * normal_force);
         let sticks = size <= limit;
@@ -68,34 +69,34 @@ impl PlaneLoad<'_> {
         Some(Touch { normal_force, friction, sticks, share: if sticks { 1.0 } else { limit / size } })
     }
 
-    fn anchor(&self, node: usize, x: &Vector3<f64>) -> Vector3<f64> {
+    fn anchor(&self, vertex: usize, x: &Vector3<f64>) -> Vector3<f64> {
         let anchors = &self.plane.anchors;
-        match anchors.binary_search_by_key(&(node as u32), |a| a.0) {
+        match anchors.binary_search_by_key(&(vertex as u32), |a| a.0) {
             Ok(k) => Vector3::from(anchors[k].1) + Vector3::from(self.plane.velocity) * self.since,
             Err(_) => *x,
         }
     }
 
-    /// The contacts of a state: node and force on it, N.
+    /// The contacts of a state: vertex and force on it, N.
     pub fn forces(&self, q: &[f64], v: &[f64]) -> Vec<(u32, [f64; 3])> {
         let normal = Vector3::from(self.plane.normal);
-        (0..q.len() / NODE)
+        (0..self.surface.len())
             .filter_map(|n| self.touch(n, q, v).map(|t| (n as u32, (normal * t.normal_force + t.friction).into())))
             .collect()
     }
 
-    /// Anchors after a step that ended in a state: dragged along where the node slid, new where it touched.
+    /// Anchors after a step that ended in a state: dragged along where the vertex slid, new where it touched.
     pub fn anchors(&self, q: &[f64], v: &[f64]) -> Vec<(u32, [f64; 3])> {
         let mut out = Vec::new();
-        for node in 0..q.len() / NODE {
-            if let Some(touch) = self.touch(node, q, v) {
-                let x = Vector3::from_column_slice(&q[NODE * node..NODE * node + 3]);
+        for vertex in 0..self.surface.len() {
+            if let Some(touch) = self.touch(vertex, q, v) {
+                let x = self.surface.at(vertex, q);
                 let anchor = if self.contact.tangential_stiffness > 0.0 {
                     x + touch.friction / self.contact.tangential_stiffness
                 } else {
                     x
                 };
-                out.push((node as u32, anchor.into()));
+                out.push((vertex as u32, anchor.into()));
             }
         }
         out
@@ -105,10 +106,10 @@ impl PlaneLoad<'_> {
 impl External for PlaneLoad<'_> {
     fn add_force(&self, scale: f64, _: f64, q: &[f64], v: &[f64], force: &mut [f64]) {
         let normal = Vector3::from(self.plane.normal);
-        for node in 0..q.len() / NODE {
-            if let Some(t) = self.touch(node, q, v) {
+        for vertex in 0..self.surface.len() {
+            if let Some(t) = self.touch(vertex, q, v) {
                 let f = (normal * t.normal_force + t.friction) * scale;
-                (0..3).for_each(|k| force[NODE * node + k] += f[k]);
+                self.surface.add(vertex, &f.into(), force);
             }
         }
     }
@@ -117,8 +118,8 @@ impl External for PlaneLoad<'_> {
         let normal = Vector3::from(self.plane.normal);
         let along = normal * normal.transpose();
         let across = Matrix3::identity() - along;
-        for node in 0..q.len() / NODE {
-            if let Some(t) = self.touch(node, q, v) {
+        for vertex in 0..self.surface.len() {
+            if let Some(t) = self.touch(vertex, q, v) {
                 let mut block =
                     along * (stiffness * self.contact.normal_stiffness + velocity * self.contact.normal_damping);
                 if t.sticks {
@@ -133,7 +134,9 @@ impl External for PlaneLoad<'_> {
                     block += (across - s * s.transpose()) * (stiffness * self.contact.tangential_stiffness * t.share);
                 }
                 let b = block * scale;
-                blocks.push((node as u32, std::array::from_fn(|r| std::array::from_fn(|c| b[(r, c)]))));
+                let stiffness = std::array::from_fn(|r| std::array::from_fn(|c| b[(r, c)]));
+                let Vertex { node, offset } = self.surface.vertex(vertex);
+                blocks.push(Block { node, offset, stiffness });
             }
         }
     }

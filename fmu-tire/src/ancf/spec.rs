@@ -4,6 +4,7 @@ use super::AncfError;
 use super::laminate::{Laminate, Layer};
 use super::material::Orthotropic;
 use super::profile::Profile;
+use super::surface::LugPlan;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +37,9 @@ pub struct FlexibleTire {
     /// Surface of the tire, and its own contact with a rigid plane.
     #[serde(default)]
     pub contact: Contact,
+    /// Bars on the tread; null for a smooth tire.
+    #[serde(default)]
+    pub lugs: Option<Lugs>,
     /// Time integration.
     #[serde(default)]
     pub integrator: Integrator,
@@ -138,6 +142,22 @@ impl Default for Contact {
     }
 }
 
+/// Bars on the tread, from one shoulder to the other: the last section's elements raised along their directors. The ground feels them; the
+/// shells carry them (their mass belongs to the layers).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Lugs {
+    /// How many around; a divisor of `divisions`.
+    pub count: u32,
+    /// Height above the shell (m).
+    pub height: f64,
+    /// Elements along the circumference that one covers; less than `divisions` over `count`.
+    pub elements: u32,
+    /// Whether the right half is set off by half a pitch.
+    #[serde(default)]
+    pub staggered: bool,
+}
+
 /// Time integration.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -189,6 +209,7 @@ impl FlexibleTire {
             pressure: 2e5,
             damping: 0.01,
             contact: Contact::default(),
+            lugs: None,
             integrator: Integrator::default(),
         }
     }
@@ -196,6 +217,17 @@ impl FlexibleTire {
     /// Elements from bead to bead.
     pub fn across(&self) -> usize {
         2 * self.sections.iter().map(|s| s.elements as usize).sum::<usize>()
+    }
+
+    /// Where lugs stand.
+    ///
+    /// # Errors
+    /// [`AncfError::Input`] if they do not fit the mesh.
+    pub(super) fn lug_plan(&self) -> Result<Option<LugPlan<'_>>, AncfError> {
+        let across = self.across();
+        let tread = self.sections.last().map_or(0, |s| s.elements as usize);
+        let plan = |lugs| LugPlan::new(lugs, self.divisions as usize, across, across / 2 - tread);
+        self.lugs.as_ref().map(plan).transpose()
     }
 
     /// The profile.
@@ -242,8 +274,10 @@ impl FlexibleTire {
             faults.extend(laminate.faults().into_iter().map(|f| format!("section '{}': {f}", section.name)));
             laminates.push(laminate);
         }
-        if let Err(AncfError::Input(list)) = self.profile() {
-            faults.extend(list);
+        for own in [self.profile().err(), self.lug_plan().err()] {
+            if let Some(AncfError::Input(list)) = own {
+                faults.extend(list);
+            }
         }
         if faults.is_empty() { Ok(laminates) } else { Err(AncfError::Input(faults)) }
     }

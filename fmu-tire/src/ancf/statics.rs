@@ -140,13 +140,14 @@ fn relax(
 ) -> Result<bool, AncfError> {
     q.copy_from_slice(&work.saved);
     let loads = Loads { damping: 0.0, pressure: problem.body_factor(factor) * problem.pressure };
-    let mut h = 1e-3;
+    let (mut h, mut near) = (1e-3, 1e-5);
     let mut blocks = Vec::new();
     for _ in 0..options.descent {
         cost.descent += 1;
         let weights =
             TangentWeights { stiffness: 1.0, velocity: 0.0, mass: 1.0 / (h * h), pressure: true, geometric: true };
         residual(problem, assembly, q, factor, work);
+        work.residual.copy_from_slice(&work.free);
         blocks.clear();
         problem.external.add_tangent(factor, 1.0, 0.0, q, &work.zero, &mut blocks);
         assembly.factor(problem.mesh, &loads, q, &weights, &blocks)?;
@@ -160,8 +161,8 @@ fn relax(
             }
             continue;
         }
-        assembly.add_to(q, 1.0, &work.free);
-        if h >= 1e-2 && correction < 1e-5 {
+        let taken = search(problem, assembly, q, factor, work);
+        if h >= 1e-2 && correction < near {
             let here = q.to_vec();
             let (iterations, correction) = newton(problem, assembly, q, factor, options, work, true)?;
             cost.iterations += iterations;
@@ -169,8 +170,12 @@ fn relax(
                 return Ok(true);
             }
             q.copy_from_slice(&here);
+            // Not before it is well nearer: each try costs many steps.
+            near *= 0.3;
         }
-        if correction < 0.25 * FURTHEST {
+        if taken < 0.3 {
+            h = (h * 0.5).max(DESCENT.0);
+        } else if correction < 0.25 * FURTHEST {
             h = (h * 2.0).min(DESCENT.1);
         }
     }
@@ -256,8 +261,8 @@ fn newton(
 }
 
 /// Moves along the correction in `work.free` to where the force along it has fallen to half, or by the whole of it: nodes that touch and leave
-/// the ground from one iteration to the next would keep Newton swinging. `work.residual` holds the forces at `q`.
-fn search(problem: &StaticProblem<'_>, assembly: &Assembly, q: &mut [f64], factor: f64, work: &mut Work) {
+/// the ground from one iteration to the next would keep Newton swinging. `work.residual` holds the forces at `q`. Returns the share taken.
+fn search(problem: &StaticProblem<'_>, assembly: &Assembly, q: &mut [f64], factor: f64, work: &mut Work) -> f64 {
     const TRIES: usize = 5;
     let direction = work.free.clone();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
@@ -284,6 +289,7 @@ fn search(problem: &StaticProblem<'_>, assembly: &Assembly, q: &mut [f64], facto
             taken = next;
         }
     }
+    taken
 }
 
 /// Largest movement of a material point in a correction over the free coordinates, m: of mid-surface or face.

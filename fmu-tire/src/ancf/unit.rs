@@ -20,8 +20,6 @@ use terramech_mechanics::sparse::Precision;
 pub struct FlexibleTireUnit {
     vars: Variables,
     tire: Option<Tire>,
-    /// Areas of the nodes (m2).
-    areas: Vec<f64>,
     touching: f64,
 }
 
@@ -44,7 +42,7 @@ impl From<AncfError> for UnitError {
 impl FlexibleTireUnit {
     /// A fresh instance.
     pub fn new(vars: Variables) -> Self {
-        Self { vars, tire: None, areas: Vec::new(), touching: 0.0 }
+        Self { vars, tire: None, touching: 0.0 }
     }
 
     fn tire(&mut self) -> Result<&mut Tire, UnitError> {
@@ -57,18 +55,17 @@ impl FlexibleTireUnit {
         let mut tire = Tire::new(spec, Precision::Single)?;
         tire.set_team(&Team::new(threads.max(1) as usize)?);
         tire.gravity = [0.0, 0.0, gravity];
-        self.areas = tire.node_areas();
         self.tire = Some(tire);
         Ok(())
     }
 
     fn publish(&mut self, v: &mut Values) -> Result<(), UnitError> {
         let (position, velocity) = (self.vars.mesh_position, self.vars.mesh_velocity);
-        let shell = &self.tire()?.state.shell;
-        for (var, from) in [(position, &shell.q), (velocity, &shell.v)] {
+        let tire = self.tire()?;
+        for (var, from) in [(position, &tire.state.shell.q), (velocity, &tire.state.shell.v)] {
             let to = v.reals_mut(var);
             to.clear();
-            to.extend(from.chunks_exact(6).flat_map(|n| [n[0], n[1], n[2]]));
+            to.extend(tire.mesh.surface.all(from));
         }
         Ok(())
     }
@@ -142,7 +139,9 @@ impl Unit for FlexibleTireUnit {
                 tire.mesh.around, tire.mesh.across, tire.hub.mass, spec.value.pressure, spec.origin
             ),
         );
-        let outer = tire.state.shell.q.chunks_exact(6).map(|n| n[0].hypot(n[2])).fold(0.0, f64::max);
+        let surface = &tire.mesh.surface;
+        let at = |k: usize| surface.at(k, &tire.state.shell.q);
+        let outer = (0..surface.len()).map(|k| at(k).x.hypot(at(k).z)).fold(0.0, f64::max);
         v.put([vars.hub_mass], [tire.hub.mass]);
         v.put(vars.hub_inertia, tire.hub.inertia);
         v.put(vars.sizes, [tire.mesh.radius, outer, tire.mesh.width]);
@@ -150,7 +149,7 @@ impl Unit for FlexibleTireUnit {
         v.put(vars.material, [c.friction, c.restitution, c.young_modulus, c.poisson_ratio]);
         let triangles = v.integers_mut(vars.mesh_triangle);
         triangles.clear();
-        triangles.extend(tire.mesh.triangles.iter().flatten().map(|&n| n as i32));
+        triangles.extend(surface.triangles.iter().flatten().map(|&n| n as i32));
         *v.reals_mut(vars.mesh_compliance) = tire.compliance(step);
         v.lock(
             [vars.common.specification.vr(), vars.common.threads.vr(), vars.gravity.vr()],
@@ -171,19 +170,17 @@ impl Unit for FlexibleTireUnit {
             return Ok(());
         }
         let touching = self.touching;
-        let areas = std::mem::take(&mut self.areas);
         let tire = self.tire()?;
         if vr == vars.mesh_strain.vr() {
             *v.reals_mut(vars.mesh_strain) = tire.strains().concat();
         } else if vars.contact.iter().any(|x| x.vr() == vr) {
             let plane = tire.plane_forces();
-            let area = touching + plane.iter().map(|f| areas[f.0 as usize]).sum::<f64>();
+            let area = touching + plane.iter().map(|f| tire.mesh.surface.areas[f.0 as usize]).sum::<f64>();
             v.put(vars.contact, [tire.deflection(), area, plane.iter().map(|f| f.1[2]).sum()]);
         } else if vars.energies.iter().any(|x| x.vr() == vr) {
             let e = tire.energies();
             v.put(vars.energies, [e.strain, e.kinetic, e.pressure_work, e.dissipated, e.ground_work]);
         }
-        self.areas = areas;
         Ok(())
     }
 
@@ -191,7 +188,8 @@ impl Unit for FlexibleTireUnit {
         self.place(v)?;
         v.lock([self.vars.ground.vr(), self.vars.plane_height.vr()], "the tire has been placed with it");
         let tire = self.tire()?;
-        let reach = tire.state.shell.q.chunks_exact(6).map(|n| n[2]).fold(f64::MAX, f64::min);
+        let surface = &tire.mesh.surface;
+        let reach = (0..surface.len()).map(|k| surface.at(k, &tire.state.shell.q).z).fold(f64::MAX, f64::min);
         if let Some(height) = tire.state.plane.as_ref().map(|p| p.height).filter(|h| *h > reach) {
             host.progress("pressing the tire on its plane", -1.0)?;
             let options =
@@ -209,9 +207,10 @@ impl Unit for FlexibleTireUnit {
         let _mode = terramech_simd::FlushDenormals::new();
         let told = wheel_state(v, &self.vars.wheel_state)?;
         let vars = self.vars;
-        let vertices = self.tire()?.mesh.mesh.node_count();
+        let vertices = self.tire()?.mesh.surface.len();
         let forces = vertex_forces(v.integers(vars.contact_index), v.reals(vars.contact_force), vertices)?;
-        self.touching = forces.iter().map(|f| self.areas[f.0 as usize]).sum();
+        let areas = &self.tire()?.mesh.surface.areas;
+        self.touching = forces.iter().map(|f| areas[f.0 as usize]).sum();
         let tire = self.tire()?;
         let before = tire.state.rim;
         tire.state.shell.time = step.time;

@@ -69,7 +69,7 @@ pub fn declare() -> (Table, Variables) {
         t.output_real_array("mesh.velocity", "m/s", "Velocities of the vertices, in the inertial frame");
     let mesh_triangle = t.output_integer_array(
         "mesh.triangle",
-        "Vertices of the triangles, counted from 0, wound outward; two per element, then a strip that closes the mesh at the rim",
+        "Vertices of the triangles, counted from 0, wound outward; two per element, then a strip that closes the mesh at the rim, then the walls of lugs",
     );
     t.fixed(mesh_triangle);
     let mesh_strain = t.output_real_array(
@@ -95,7 +95,11 @@ pub fn declare() -> (Table, Variables) {
     });
     let sizes = [
         t.calculated_real("radius", "m", "Undeformed radius: the radius of slip and sinkage"),
-        t.calculated_real("outer_radius", "m", "Greatest distance of the inflated surface from the axle"),
+        t.calculated_real(
+            "outer_radius",
+            "m",
+            "Greatest distance of the inflated surface, lugs included, from the axle",
+        ),
         t.calculated_real("width", "m", "Width along the axle"),
     ];
     let material = [

@@ -38,3 +38,9 @@ pub fn plate(length: f64, width: f64, nx: usize, ny: usize, laminate: &Laminate)
 pub fn report(case: &str, quantity: &str, unit: &str, expected: f64, computed: f64, tolerance: f64) {
     println!("VALIDATION|{case}|{quantity}|{unit}|{expected}|{computed:.6e}|{tolerance:.2e}");
 }
+
+/// Prints a curve for the plots of `cargo xtask validate ancf`; `plot`: file, title, x label and unit, y label and unit.
+pub fn curve(plot: [&str; 6], style: &str, series: &str, points: &[(f64, f64)]) {
+    let points: Vec<String> = points.iter().map(|(x, y)| format!("{x} {y}")).collect();
+    println!("CURVE|{}|{style}|{series}|{}", plot.join("|"), points.join(";"));
+}

@@ -23,10 +23,10 @@ pub struct Energies {
 }
 
 impl Tire {
-    /// Forces of the plane on the nodes at the present state, N.
+    /// Forces of the plane on vertices of the surface at the present state, N.
     pub fn plane_forces(&self) -> Vec<(u32, [f64; 3])> {
         self.state.plane.as_ref().map_or(Vec::new(), |plane| {
-            PlaneLoad { plane, contact: &self.spec.contact, since: 0.0 }
+            PlaneLoad { plane, surface: &self.mesh.surface, contact: &self.spec.contact, since: 0.0 }
                 .forces(&self.state.shell.q, &self.state.shell.v)
         })
     }
@@ -42,7 +42,7 @@ impl Tire {
         }
     }
 
-    /// Estimated displacement of each node per newton held over a step of `h` seconds, m/N: the inverse of the diagonal of inertia, damping
+    /// Estimated displacement of each vertex per newton held over a step of `h` seconds, m/N: the inverse of the diagonal of inertia, damping
     /// and stiffness; 0 on the rim.
     pub fn compliance(&mut self, h: f64) -> Vec<f64> {
         let weights = crate::ancf::kernel::TangentWeights {
@@ -60,10 +60,11 @@ impl Tire {
             out[node as usize] = 1.0 / d;
         }
         self.factor_orientation = None;
-        out
+        let surface = &self.mesh.surface;
+        (0..surface.len()).map(|k| out[surface.vertex(k).node as usize]).collect()
     }
 
-    /// Volume that the surface encloses, m3: of the bilinear elements that the pressure acts on, exactly (the mean of both ways to cut them
+    /// Volume that the shells enclose, m3: of the bilinear elements that the pressure acts on, exactly (the mean of both ways to cut them
     /// into triangles).
     pub fn volume(&self) -> f64 {
         let q = &self.state.shell.q;
@@ -75,7 +76,7 @@ impl Tire {
             let [a, b, c, d] = shell.nodes;
             sum += 0.5 * (six(a, b, c) + six(a, c, d) + six(a, b, d) + six(b, c, d));
         }
-        let strip = &self.mesh.triangles[2 * self.mesh.mesh.shells().len()..];
+        let strip = &self.mesh.surface.triangles[2 * self.mesh.mesh.shells().len()..][..2 * self.mesh.around];
         sum += strip.iter().map(|t| six(t[0], t[1], t[2])).sum::<f64>();
         sum / 6.0
     }
@@ -92,15 +93,6 @@ impl Tire {
                 free - (arm - axle * axle.dot(&arm)).norm()
             })
             .fold(f64::MIN, f64::max)
-    }
-
-    /// Reference area that belongs to each node, m2.
-    pub fn node_areas(&self) -> Vec<f64> {
-        let mut areas = vec![0.0; self.mesh.mesh.node_count()];
-        for (e, shell) in self.mesh.mesh.shells().iter().enumerate() {
-            shell.nodes.iter().for_each(|&n| areas[n as usize] += 0.25 * self.mesh.mesh.kind(e).area);
-        }
-        areas
     }
 
     /// Strains at the middle of each element: circumferential, radial (across), shear.

@@ -17,6 +17,7 @@ use crate::ancf::mesh::NODE;
 use crate::ancf::plane::{Plane, PlaneLoad};
 use crate::ancf::rim::RimNodes;
 use crate::ancf::spec::FlexibleTire;
+use crate::ancf::surface::Surface;
 use crate::ancf::team::Team;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -96,14 +97,15 @@ pub struct Tire {
 
 /// Given vertex forces and the plane.
 struct Ground<'a> {
+    surface: &'a Surface,
     vertices: &'a [(u32, [f64; 3])],
     plane: Option<PlaneLoad<'a>>,
 }
 
 impl External for Ground<'_> {
     fn add_force(&self, scale: f64, time: f64, q: &[f64], v: &[f64], force: &mut [f64]) {
-        for (node, f) in self.vertices {
-            (0..3).for_each(|k| force[NODE * *node as usize + k] += f[k]);
+        for (vertex, f) in self.vertices {
+            self.surface.add(*vertex as usize, f, force);
         }
         if let Some(plane) = &self.plane {
             plane.add_force(scale, time, q, v, force);
@@ -245,12 +247,13 @@ impl Tire {
     fn evaluate(&mut self) {
         self.momentum = None;
         let plane = self.state.plane.take();
-        let load = plane.as_ref().map(|plane| PlaneLoad { plane, contact: &self.spec.contact, since: 0.0 });
+        let surface = &self.mesh.surface;
+        let load = plane.as_ref().map(|plane| PlaneLoad { plane, surface, contact: &self.spec.contact, since: 0.0 });
         let dynamics = Dynamics {
             mesh: &self.mesh.mesh,
             loads: Loads { damping: self.spec.damping, pressure: self.spec.pressure },
             gravity: self.gravity,
-            external: &Ground { vertices: &[], plane: load },
+            external: &Ground { surface, vertices: &[], plane: load },
         };
         self.hht.evaluate(&dynamics, &mut self.state.shell);
         self.state.plane = plane;

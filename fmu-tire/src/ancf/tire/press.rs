@@ -3,15 +3,16 @@
 use super::Tire;
 use crate::ancf::AncfError;
 use crate::ancf::external::{Block, External};
-use crate::ancf::mesh::NODE;
 use crate::ancf::plane::{Plane, PlaneLoad};
 use crate::ancf::spec::Contact;
 use crate::ancf::statics::{self, StaticCost, StaticOptions, StaticProblem};
+use crate::ancf::surface::Surface;
 use nalgebra::Vector3;
 
 /// A plane that rises with the load factor.
 struct Rising<'a> {
     plane: &'a Plane,
+    surface: &'a Surface,
     contact: Contact,
     from: f64,
     to: f64,
@@ -21,17 +22,19 @@ impl Rising<'_> {
     fn at(&self, factor: f64) -> Plane {
         Plane { height: self.from + factor * (self.to - self.from), ..self.plane.clone() }
     }
+
+    fn load<'b>(&'b self, plane: &'b Plane) -> PlaneLoad<'b> {
+        PlaneLoad { plane, surface: self.surface, contact: &self.contact, since: 0.0 }
+    }
 }
 
 impl External for Rising<'_> {
     fn add_force(&self, scale: f64, time: f64, q: &[f64], v: &[f64], force: &mut [f64]) {
-        PlaneLoad { plane: &self.at(scale), contact: &self.contact, since: 0.0 }.add_force(1.0, time, q, v, force);
+        self.load(&self.at(scale)).add_force(1.0, time, q, v, force);
     }
 
     fn add_tangent(&self, scale: f64, stiffness: f64, velocity: f64, q: &[f64], v: &[f64], blocks: &mut Vec<Block>) {
-        let plane = self.at(scale);
-        PlaneLoad { plane: &plane, contact: &self.contact, since: 0.0 }
-            .add_tangent(1.0, stiffness, velocity, q, v, blocks);
+        self.load(&self.at(scale)).add_tangent(1.0, stiffness, velocity, q, v, blocks);
     }
 }
 
@@ -49,11 +52,11 @@ impl Tire {
         plane.anchors.clear();
         // Nothing is touched below the lowest node: start there.
         let normal = Vector3::from(plane.normal);
-        let lowest = (0..self.mesh.mesh.node_count())
-            .map(|n| normal.dot(&Vector3::from_column_slice(&self.state.shell.q[NODE * n..NODE * n + 3])))
-            .fold(f64::MAX, f64::min);
+        let surface = &self.mesh.surface;
+        let lowest =
+            (0..surface.len()).map(|k| normal.dot(&surface.at(k, &self.state.shell.q))).fold(f64::MAX, f64::min);
         let from = plane.height.max(lowest.min(height));
-        let rising = Rising { plane: &plane, contact, from, to: height };
+        let rising = Rising { plane: &plane, surface, contact, from, to: height };
         let problem = StaticProblem {
             mesh: &self.mesh.mesh,
             pressure: self.spec.pressure,
@@ -67,7 +70,7 @@ impl Tire {
         self.factor_orientation = None;
         let cost = result?;
         let mut plane = rising.at(1.0);
-        let load = PlaneLoad { plane: &plane, contact: &self.spec.contact, since: 0.0 };
+        let load = PlaneLoad { plane: &plane, surface, contact: &self.spec.contact, since: 0.0 };
         plane.anchors = load.anchors(&self.state.shell.q, &self.state.shell.v);
         self.state.plane = Some(plane);
         self.state.shell.v.fill(0.0);

@@ -11,8 +11,8 @@ use nalgebra::Vector3;
 use terramech_mechanics::RigidState;
 
 impl Tire {
-    /// One communication step of `size` seconds: the rim follows `told`, the wheel state at its beginning; `vertices` are forces on nodes
-    /// held over the step, N. Returns the wrench of the tire on the wheel, mean over the step, without the hub's share added back.
+    /// One communication step of `size` seconds: the rim follows `told`, the wheel state at its beginning; `vertices` are forces on
+    /// vertices of the surface held over the step, N. Returns the wrench of the tire on the wheel, mean over the step, without the hub's share added back.
     ///
     /// The wrench is what balances the tire's momentum, so that momentum is conserved to round-off whatever Newton left: the rim's own
     /// reaction would carry the stiffness of the damped shell, 1e12 N/m, times the tolerance.
@@ -77,25 +77,24 @@ impl Tire {
         self.mesh.mesh.momentum(&shell.q, &shell.v, &self.state.rim.position.into()).map(Vector3::from)
     }
 
-    /// Forces of the ground on nodes, N: given ones, then the plane's.
+    /// Forces of the ground on vertices, N: given ones, then the plane's.
     fn ground_forces(&self, vertices: &[(u32, [f64; 3])]) -> Vec<(u32, [f64; 3])> {
         vertices.iter().copied().chain(self.plane_forces()).collect()
     }
 
-    /// Work of forces on nodes over the last inner step, J.
+    /// Work of forces on vertices over the last inner step, J.
     fn work_of(&self, forces: &[(u32, [f64; 3])]) -> f64 {
         let (now, before) = (&self.state.shell.q, &self.hht.previous().q);
-        let way = |n: u32, k: usize| now[NODE * n as usize + k] - before[NODE * n as usize + k];
-        forces.iter().map(|(n, f)| (0..3).map(|k| f[k] * way(*n, k)).sum::<f64>()).sum()
+        let at = |k: u32, q: &[f64]| self.mesh.surface.at(k as usize, q);
+        forces.iter().map(|(k, f)| Vector3::from(*f).dot(&(at(*k, now) - at(*k, before)))).sum()
     }
 
-    /// Sum of forces on nodes and its moment about a point.
+    /// Sum of forces on vertices and its moment about a point.
     fn wrench_of(&self, forces: &[(u32, [f64; 3])], about: &Vector3<f64>) -> Wrench {
         let mut wrench = Wrench::default();
-        for (node, f) in forces {
-            let first = NODE * *node as usize;
+        for (vertex, f) in forces {
             let force = Vector3::from(*f);
-            let arm = Vector3::from_column_slice(&self.state.shell.q[first..first + 3]) - about;
+            let arm = self.mesh.surface.at(*vertex as usize, &self.state.shell.q) - about;
             wrench.force += force;
             wrench.moment += arm.cross(&force);
         }
@@ -106,8 +105,9 @@ impl Tire {
         self.set_places(rim);
         let factorisations = self.hht.cost.factorisations;
         let plane = self.state.plane.take();
-        let load = plane.as_ref().map(|plane| PlaneLoad { plane, contact: &self.spec.contact, since: h });
-        let ground = Ground { vertices, plane: load };
+        let surface = &self.mesh.surface;
+        let load = plane.as_ref().map(|plane| PlaneLoad { plane, surface, contact: &self.spec.contact, since: h });
+        let ground = Ground { surface, vertices, plane: load };
         let dynamics = Dynamics {
             mesh: &self.mesh.mesh,
             loads: Loads { damping: self.spec.damping, pressure: self.spec.pressure },
