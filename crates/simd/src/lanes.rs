@@ -1,5 +1,6 @@
 //! Eight reals at once, for kernels written once for every instruction path.
 
+use crate::tiles::{self, Pack, Tile};
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// Reals a pack carries.
@@ -24,6 +25,16 @@ pub trait Lanes:
     fn load(x: &[f64; WIDTH]) -> Self;
     /// To eight numbers (a single f64 fills all).
     fn store(self, to: &mut [f64; WIDTH]);
+    /// `y += tiles x` in f32, one tile a pack.
+    #[inline(always)]
+    fn tile_add(tiles: &[Tile], x: &[f32; 6], y: &mut [Pack]) {
+        tiles::add(tiles, x, y);
+    }
+    /// Scalar products in f32 of the tiles' columns with `y`; the last tile is read first.
+    #[inline(always)]
+    fn tile_dots(tiles: &[Tile], y: &[Pack]) -> [f32; 6] {
+        tiles::dots(tiles, y)
+    }
 }
 
 impl Lanes for f64 {
@@ -47,7 +58,7 @@ impl Lanes for f64 {
 
 /// Operators by one intrinsic (or expression) per register; `$n` registers make eight lanes.
 macro_rules! vector {
-    ($name:ident, $register:ty, $n:expr, $per:expr, $add:expr, $sub:expr, $mul:expr, $neg:expr, $fma:expr, $splat:expr, $load:expr, $store:expr) => {
+    ($name:ident, $register:ty, $n:expr, $per:expr, $add:expr, $sub:expr, $mul:expr, $neg:expr, $fma:expr, $splat:expr, $load:expr, $store:expr, $tiles:path) => {
         #[derive(Clone, Copy)]
         pub struct $name([$register; $n]);
 
@@ -130,6 +141,16 @@ macro_rules! vector {
                     $store(to, $per * k, self.0[k]);
                 }
             }
+            #[inline(always)]
+            fn tile_add(tiles: &[Tile], x: &[f32; 6], y: &mut [Pack]) {
+                use $tiles as room;
+                room::add(tiles, x, y);
+            }
+            #[inline(always)]
+            fn tile_dots(tiles: &[Tile], y: &[Pack]) -> [f32; 6] {
+                use $tiles as room;
+                room::dots(tiles, y)
+            }
         }
     };
 }
@@ -148,7 +169,8 @@ pub(crate) mod portable {
         |a: f64, b: f64, c: f64| a * b + c,
         |x: f64| x,
         |x: &[f64; WIDTH], k: usize| x[k],
-        |to: &mut [f64; WIDTH], k: usize, v: f64| to[k] = v
+        |to: &mut [f64; WIDTH], k: usize, v: f64| to[k] = v,
+        crate::tiles
     );
 }
 
@@ -179,7 +201,7 @@ pub(crate) mod avx2 {
         load(x: &[f64; WIDTH], k: usize) -> __m256d = _mm256_loadu_pd(x[k..k + 4].as_ptr());
         store(to: &mut [f64; WIDTH], k: usize, v: __m256d) -> () = _mm256_storeu_pd(to[k..k + 4].as_mut_ptr(), v);
     }
-    vector!(Avx2x8, __m256d, 2, 4, add, sub, mul, neg, fma, splat, load, store);
+    vector!(Avx2x8, __m256d, 2, 4, add, sub, mul, neg, fma, splat, load, store, crate::tiles::avx2);
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -196,5 +218,5 @@ pub(crate) mod avx512 {
         load(x: &[f64; WIDTH], _k: usize) -> __m512d = _mm512_loadu_pd(x.as_ptr());
         store(to: &mut [f64; WIDTH], _k: usize, v: __m512d) -> () = _mm512_storeu_pd(to.as_mut_ptr(), v);
     }
-    vector!(Avx512x8, __m512d, 1, 8, add, sub, mul, neg, fma, splat, load, store);
+    vector!(Avx512x8, __m512d, 1, 8, add, sub, mul, neg, fma, splat, load, store, crate::tiles::avx2);
 }

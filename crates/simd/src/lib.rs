@@ -28,6 +28,7 @@ mod isa;
 mod lanes;
 mod large_pages;
 mod rows;
+mod tiles;
 mod wavefront;
 
 pub use denormal::FlushDenormals;
@@ -36,4 +37,5 @@ pub use isa::{Isa, VARIABLE as ISA_VARIABLE};
 pub use lanes::{Lanes, WIDTH};
 pub use large_pages::prefer_large_pages;
 pub use rows::{Force, Row, Slip};
+pub use tiles::{Pack, Tile};
 pub use wavefront::{Cut, Region, regions};

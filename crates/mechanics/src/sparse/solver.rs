@@ -1,7 +1,7 @@
 //! The solver: analysis, factorisation, solve.
 
-use super::substitution::Real;
-use super::{SparseError, substitution};
+use super::SparseError;
+use super::substitution::{Panels, Real};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::perm::PermRef;
@@ -89,8 +89,8 @@ pub enum Precision {
 }
 
 enum Factor {
-    Double { values: Vec<f64>, x: Vec<f64>, work: Vec<f64> },
-    Single { values: Vec<f32>, x: Vec<f32>, work: Vec<f32>, entries: Vec<f32>, rhs: Vec<f32> },
+    Double { values: Vec<f64>, panels: Option<Panels<f64>> },
+    Single { values: Vec<f32>, panels: Option<Panels<f32>>, entries: Vec<f32>, rhs: Vec<f32> },
 }
 
 /// A symmetric sparse system with kept analysis.
@@ -130,14 +130,13 @@ impl SymmetricSolver {
         let length = symbolic.len_val();
         let (factor, request) = match precision {
             Precision::Double => (
-                Factor::Double { values: vec![0.0; length], x: vec![0.0; n], work: vec![0.0; n] },
+                Factor::Double { values: vec![0.0; length], panels: panels(&symbolic, n) },
                 requirement::<f64>(&symbolic),
             ),
             Precision::Single => (
                 Factor::Single {
                     values: vec![0.0; length],
-                    x: vec![0.0; n],
-                    work: vec![0.0; n],
+                    panels: panels(&symbolic, n),
                     entries: vec![0.0; pattern.row_idx.len()],
                     rhs: vec![0.0; n],
                 },
@@ -190,7 +189,7 @@ impl SymmetricSolver {
             SparseError::ZeroPivot { index }
         };
         match &mut self.factor {
-            Factor::Double { values: l, .. } => {
+            Factor::Double { values: l, panels } => {
                 self.symbolic
                     .factorize_numeric_ldlt(
                         l,
@@ -202,8 +201,9 @@ impl SymmetricSolver {
                         Default::default(),
                     )
                     .map_err(zero)?;
+                lay_out(&self.symbolic, panels, l);
             }
-            Factor::Single { values: l, entries, .. } => {
+            Factor::Single { values: l, panels, entries, .. } => {
                 entries.iter_mut().zip(values).for_each(|(e, v)| *e = *v as f32);
                 self.symbolic
                     .factorize_numeric_ldlt(
@@ -216,6 +216,7 @@ impl SymmetricSolver {
                         Default::default(),
                     )
                     .map_err(zero)?;
+                lay_out(&self.symbolic, panels, l);
             }
         }
         self.ready = true;
@@ -231,38 +232,46 @@ impl SymmetricSolver {
         let n = self.pattern.len();
         assert_eq!(rhs.len(), n, "one value per row");
         match &mut self.factor {
-            Factor::Double { values, x, work } => substitute(&self.symbolic, values, rhs, x, work, &mut self.memory),
-            Factor::Single { values, x, work, rhs: narrow, .. } => {
+            Factor::Double { values, panels } => substitute(&self.symbolic, values, panels, rhs, &mut self.memory),
+            Factor::Single { values, panels, rhs: narrow, .. } => {
                 // Scaled, so that tiny residuals do not fall below the smallest f32.
                 let scale = rhs.iter().fold(0.0f64, |m, x| m.max(x.abs()));
                 if scale == 0.0 {
                     return;
                 }
                 narrow.iter_mut().zip(rhs.iter()).for_each(|(a, b)| *a = (*b / scale) as f32);
-                substitute(&self.symbolic, values, narrow, x, work, &mut self.memory);
+                substitute(&self.symbolic, values, panels, narrow, &mut self.memory);
                 rhs.iter_mut().zip(narrow.iter()).for_each(|(a, b)| *a = f64::from(*b) * scale);
             }
         }
     }
 }
 
-/// Solves with the factor in `values`; `x` and `work` are scratch as long as `rhs`.
+/// The layout for solves, of a supernodal factor.
+fn panels<T: Real>(symbolic: &SymbolicCholesky<usize>, n: usize) -> Option<Panels<T>> {
+    match (symbolic.raw(), symbolic.perm()) {
+        (SymbolicCholeskyRaw::Supernodal(s), Some(_)) => Some(Panels::new(s, n)),
+        _ => None,
+    }
+}
+
+fn lay_out<T: Real>(symbolic: &SymbolicCholesky<usize>, panels: &mut Option<Panels<T>>, values: &[T]) {
+    if let (SymbolicCholeskyRaw::Supernodal(s), Some(panels)) = (symbolic.raw(), panels) {
+        panels.fill(s, values);
+    }
+}
+
+/// Solves with the factor in `values`, laid out in `panels` if it is supernodal.
 fn substitute<T: Real + faer::traits::ComplexField>(
     symbolic: &SymbolicCholesky<usize>,
     values: &[T],
+    panels: &mut Option<Panels<T>>,
     rhs: &mut [T],
-    x: &mut [T],
-    work: &mut [T],
     memory: &mut MemBuffer,
 ) {
     let n = rhs.len();
-    match (symbolic.raw(), symbolic.perm()) {
-        (SymbolicCholeskyRaw::Supernodal(s), Some(order)) => {
-            let (forward, _) = order.arrays();
-            x.iter_mut().zip(forward).for_each(|(x, &from)| *x = rhs[from]);
-            substitution::solve(s, values, x, work);
-            x.iter().zip(forward).for_each(|(x, &to)| rhs[to] = *x);
-        }
+    match (panels, symbolic.perm()) {
+        (Some(panels), Some(order)) => panels.solve(order.arrays().0, rhs),
         // Small or very sparse systems: the library's own.
         _ => LdltRef::new(symbolic, values).solve_in_place_with_conj(
             Conj::No,
