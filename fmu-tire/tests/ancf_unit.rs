@@ -211,7 +211,7 @@ fn refused(change: impl FnOnce(&mut FlexibleTire)) -> String {
 fn faults_of_a_specification_are_named() {
     use fmu_tire::ancf::spec::{Lugs, Shape};
     type Change = fn(&mut FlexibleTire);
-    let cases: [(Change, &[&str]); 13] = [
+    let cases: [(Change, &[&str]); 18] = [
         (|s| s.sections[1].layers[0].thickness = -0.0005, &["section 'sidewall'", "layer 1", "thickness = -0.0005 m"]),
         (|s| s.materials[0].young[1] = 1e3, &["section 'bead'", "not positive definite"]),
         (
@@ -224,6 +224,12 @@ fn faults_of_a_specification_are_named() {
         (|s| s.divisions = 3, &["'divisions' is 3", "8 to 720"]),
         (|s| s.sections[2].elements = 0, &["'sections'", "at least one element"]),
         (|s| s.sections.clear(), &["'sections'"]),
+        // Memory for that does not exist; it must not even be asked for.
+        (|s| s.sections[2].elements = u32::MAX, &["'sections' have 4294967297 elements", "allowed: 60"]),
+        (|s| s.pressure = 1e12, &["'pressure' is 1000000000000", "inside out"]),
+        (|s| s.materials.push(s.materials[0].clone()), &["two are called 'carcass'"]),
+        (|s| s.integrator.iterations = 1, &["'integrator.iterations' is 1", "2 to 1000"]),
+        (|s| s.materials[1].density = -1.0, &["section 'tread'", "density = -1"]),
         (|s| s.sections[0].layers.clear(), &["section 'bead'", "no layers"]),
         (|s| s.sections[0].layers[1].material = "steal".into(), &["no material is called 'steal'"]),
         (|s| s.pressure = -2e5, &["'pressure' is -200000"]),
@@ -240,6 +246,23 @@ fn faults_of_a_specification_are_named() {
         println!("{text}\n");
         parts.iter().for_each(|p| assert!(text.contains(p), "{p} missing in: {text}"));
     }
+}
+
+/// A plane that would reach the rim.
+#[test]
+fn a_plane_above_the_rim_is_refused() {
+    let mut unit = Instance::new(fmu_tire::ancf::model(), None, Box::new(|_, _| ()));
+    let find = |u: &Instance, name: &str| u.model().table.find(name).unwrap().0;
+    for (name, value) in [("specification", coarse(HMMWV_LUMPED)), ("ground", "plane".into())] {
+        let vr = find(&unit, name);
+        unit.set_string(vr, &value).unwrap();
+    }
+    unit.setup(0.0, None).unwrap();
+    let vr = find(&unit, "plane.height");
+    unit.set_real(vr, 1e30).unwrap();
+    unit.enter_initialization().unwrap();
+    let text = unit.exit_initialization().expect_err("it reaches the rim").message;
+    assert!(text.contains("above the rim's lowest point") && text.contains("-0.2683"), "{text}");
 }
 
 /// Contact arrays that do not fit, and forces that no tire stands: told, the instance is poisoned, and a saved state brings it back.

@@ -40,6 +40,20 @@ pub enum AncfError {
         /// Smallest step tried, s (or load increment).
         step: f64,
     },
+    /// No equilibrium was found on a plane.
+    #[error(
+        "no equilibrium of the tire on the plane at {height} m: none beyond {reached:.4} m (correction {correction:.3e} m, wanted {tolerance:.1e} m); the plane may be too near the rim"
+    )]
+    Unpressed {
+        /// Where the plane was to go, m.
+        height: f64,
+        /// How far it came, m.
+        reached: f64,
+        /// Last correction, m.
+        correction: f64,
+        /// Wanted, m.
+        tolerance: f64,
+    },
     /// A value stopped being a number.
     #[error("{what} is not finite at t = {time} s")]
     NotFinite {

@@ -13,6 +13,9 @@ pub const HMMWV_LAYERED: &str = include_str!("../../data/hmmwv_ancf_layered.json
 /// The HMMWV tire with one equivalent layer per section, as JSON.
 pub const HMMWV_LUMPED: &str = include_str!("../../data/hmmwv_ancf_lumped.json");
 
+/// Elements from bead to bead at most.
+const MOST_ACROSS: u64 = 120;
+
 /// Flexible tire of ANCF shells. SI units, angles in rad; the axle is Y of the wheel's frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -74,7 +77,7 @@ pub enum Shape {
 pub struct Section {
     /// Name, for messages: bead, sidewall, tread.
     pub name: String,
-    /// Elements across, on one side of the tire.
+    /// Elements across, on one side of the tire; 60 in all sections.
     pub elements: u32,
     /// Layers from the inside to the outside.
     pub layers: Vec<LayerSpec>,
@@ -149,7 +152,7 @@ impl Default for Contact {
 pub struct Lugs {
     /// How many around; a divisor of `divisions`.
     pub count: u32,
-    /// Height above the shell (m).
+    /// Height above the shell, at most 0.2 (m).
     pub height: f64,
     /// Elements along the circumference that one covers; less than `divisions` over `count`.
     pub elements: u32,
@@ -164,11 +167,11 @@ pub struct Lugs {
 pub struct Integrator {
     /// Numerical damping of the HHT method, -1/3 to 0 (1).
     pub alpha: f64,
-    /// Largest inner step (s).
+    /// Largest inner step, 1e-7 to 0.1 (s).
     pub step: f64,
     /// Newton stops when no material point will move further than this (m).
     pub tolerance: f64,
-    /// Newton iterations before the tangent is renewed, and again before the step is halved.
+    /// Newton iterations before the tangent is renewed, and again before the step is halved; 2 to 1000.
     pub iterations: u32,
 }
 
@@ -247,6 +250,10 @@ impl FlexibleTire {
     /// [`AncfError::Input`] with all faults of the whole specification.
     pub fn laminates(&self) -> Result<Vec<Laminate>, AncfError> {
         let mut faults = self.own_faults();
+        if self.sections.iter().map(|s| u64::from(s.elements)).sum::<u64>() > MOST_ACROSS / 2 {
+            // What follows counts elements in machine numbers.
+            return Err(AncfError::Input(faults));
+        }
         let mut laminates = Vec::new();
         for section in &self.sections {
             let mut layers = Vec::new();
@@ -314,11 +321,22 @@ impl FlexibleTire {
         );
         let i = &self.integrator;
         check((-1.0 / 3.0..=0.0).contains(&i.alpha), "integrator.alpha", i.alpha, "-1/3 to 0");
-        check(i.step > 0.0, "integrator.step", i.step, "positive, s");
+        check((1e-7..=0.1).contains(&i.step), "integrator.step", i.step, "1e-7 to 0.1 s");
         check(i.tolerance > 0.0, "integrator.tolerance", i.tolerance, "positive, m");
-        check(i.iterations >= 2, "integrator.iterations", f64::from(i.iterations), "2 or more");
+        check((2..=1000).contains(&i.iterations), "integrator.iterations", f64::from(i.iterations), "2 to 1000");
         if self.sections.is_empty() || self.sections.iter().any(|s| s.elements == 0) {
             faults.push("'sections' must name at least one section, each with at least one element across".into());
+        }
+        // Before anything of that size is made: memory that is not there ends the whole process.
+        let half: u64 = self.sections.iter().map(|s| u64::from(s.elements)).sum();
+        if half > MOST_ACROSS / 2 {
+            faults
+                .push(format!("'sections' have {half} elements on one side of the tire; allowed: {}", MOST_ACROSS / 2));
+        }
+        for (k, material) in self.materials.iter().enumerate() {
+            if self.materials[..k].iter().any(|m| m.name == material.name) {
+                faults.push(format!("'materials': two are called '{}'; allowed: names of their own", material.name));
+            }
         }
         faults
     }

@@ -65,7 +65,8 @@ pub struct StaticCost {
 }
 
 /// Where Newton fails, it is tried again with a search along each correction; then (a fold, a sidewall that snaps) the state may move on as if in a thick liquid, `(M/h^2 + K) dq = F` with h growing as it
-/// comes to rest: an implicit descent that ends in a stable equilibrium, which Newton then finishes.
+/// comes to rest: an implicit descent that ends in a stable equilibrium, which Newton then finishes; then as if the
+/// rubber were thick.
 ///
 /// Finds equilibrium at each load factor of `stops` (ascending) in turn, starting from `q` at load factor `from`, and calls `at` there.
 /// `q` holds the last state found.
@@ -101,7 +102,9 @@ pub fn solve(
                 if iterations * 3 < options.iterations {
                     increment = (increment * 1.5).min(options.largest);
                 }
-            } else if relax(problem, assembly, q, next, options, &mut work, &mut cost)? {
+            } else if relax(problem, assembly, q, next, options, &mut work, &mut cost, Drag::Mass)?
+                || relax(problem, assembly, q, next, options, &mut work, &mut cost, Drag::Stiffness)?
+            {
                 factor = next;
                 cost.increments += 1;
             } else {
@@ -128,6 +131,19 @@ const DESCENT: (f64, f64) = (1e-5, 1.0);
 /// A step of the descent moves no point further, m.
 const FURTHEST: f64 = 4e-3;
 
+/// What holds a descent back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Drag {
+    /// `M/h^2`, as if in a thick liquid.
+    Mass,
+    /// The material stiffness times `SCALE/h`, as if the rubber itself were thick: the way out of a fold in which stiff plies turn, where mass
+    /// lets the soft waves run ahead.
+    Stiffness,
+}
+
+/// Share of the material stiffness at h = 1 s.
+const SCALE: f64 = 1e-2;
+
 /// Descends to equilibrium at a load factor, from the last good state; false if it does not get there.
 fn relax(
     problem: &StaticProblem<'_>,
@@ -137,15 +153,20 @@ fn relax(
     options: &StaticOptions,
     work: &mut Work,
     cost: &mut StaticCost,
+    drag: Drag,
 ) -> Result<bool, AncfError> {
     q.copy_from_slice(&work.saved);
-    let loads = Loads { damping: 0.0, pressure: problem.body_factor(factor) * problem.pressure };
-    let (mut h, mut near) = (1e-3, 1e-5);
+    // A damping of 1 s, so that the weight of the velocity is a share of the stiffness.
+    let loads = Loads { damping: 1.0, pressure: problem.body_factor(factor) * problem.pressure };
+    let mut h = 1e-3;
     let mut blocks = Vec::new();
     for _ in 0..options.descent {
         cost.descent += 1;
-        let weights =
-            TangentWeights { stiffness: 1.0, velocity: 0.0, mass: 1.0 / (h * h), pressure: true, geometric: true };
+        let (mass, velocity) = match drag {
+            Drag::Mass => (1.0 / (h * h), 0.0),
+            Drag::Stiffness => (0.0, SCALE / h),
+        };
+        let weights = TangentWeights { stiffness: 1.0, velocity, mass, pressure: true, geometric: true };
         residual(problem, assembly, q, factor, work);
         work.residual.copy_from_slice(&work.free);
         blocks.clear();
@@ -161,8 +182,14 @@ fn relax(
             }
             continue;
         }
-        let taken = search(problem, assembly, q, factor, work);
-        if h >= 1e-2 && correction < near {
+        let taken = match drag {
+            Drag::Mass => {
+                assembly.add_to(q, 1.0, &work.free);
+                1.0
+            }
+            Drag::Stiffness => search(problem, assembly, q, factor, work),
+        };
+        if h >= 1e-2 && correction < 1e-5 {
             let here = q.to_vec();
             let (iterations, correction) = newton(problem, assembly, q, factor, options, work, true)?;
             cost.iterations += iterations;
@@ -170,8 +197,6 @@ fn relax(
                 return Ok(true);
             }
             q.copy_from_slice(&here);
-            // Not before it is well nearer: each try costs many steps.
-            near *= 0.3;
         }
         if taken < 0.3 {
             h = (h * 0.5).max(DESCENT.0);

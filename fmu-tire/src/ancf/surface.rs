@@ -47,8 +47,8 @@ impl<'a> LugPlan<'a> {
     /// [`AncfError::Input`] if the lugs do not fit the mesh.
     pub(super) fn new(lugs: &'a Lugs, around: usize, across: usize, wall: usize) -> Result<Self, AncfError> {
         let mut faults = Vec::new();
-        if !(lugs.height > 0.0 && lugs.height.is_finite()) {
-            faults.push(format!("'lugs.height' is {}; allowed: positive, m", lugs.height));
+        if !(lugs.height > 0.0 && lugs.height <= 0.2) {
+            faults.push(format!("'lugs.height' is {}; allowed: positive, at most 0.2 m", lugs.height));
         }
         let count = lugs.count as usize;
         if count == 0 || !around.is_multiple_of(count) {

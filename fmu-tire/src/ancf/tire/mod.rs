@@ -123,10 +123,17 @@ impl Tire {
     /// Builds and inflates a tire on a wheel at the origin, at rest.
     ///
     /// # Errors
-    /// [`AncfError::Input`] with all faults of the specification; [`AncfError::Newton`] if it does not inflate.
+    /// [`AncfError::Input`] with all faults of the specification, or a pressure that it does not stand; [`AncfError::Newton`] if it does not
+    /// inflate.
     pub fn new(spec: &FlexibleTire, precision: Precision) -> Result<Self, AncfError> {
         let mesh = TireMesh::new(spec)?;
         let inflated = inflate(&mesh, spec.pressure)?;
+        if let Some((element, ratio)) = mesh.mesh.first_inverted(&inflated, LEAST_VOLUME) {
+            return Err(AncfError::Input(vec![format!(
+                "'pressure' is {}: inflation turns element {element} inside out (volume ratio {ratio:.3}); allowed: what the layers carry, Pa",
+                spec.pressure
+            )]));
+        }
         let fixed: Vec<[bool; NODE]> = (0..mesh.mesh.node_count()).map(|n| [mesh.on_rim(n); NODE]).collect();
         let assembly = Assembly::new(&mesh.mesh, &fixed, precision)?;
         let options = HhtOptions {

@@ -42,16 +42,27 @@ impl Tire {
     /// Equilibrium on a rising plane: the plane of the state goes up to `height` with the rim at rest where it is; weight included.
     ///
     /// # Errors
-    /// [`AncfError::Newton`], [`AncfError::Input`] if the tire has no plane.
+    /// [`AncfError::Unpressed`] if no equilibrium is found; [`AncfError::Input`] if the tire has no plane, or the plane reaches the rim.
     pub fn press(&mut self, height: f64, options: &StaticOptions) -> Result<StaticCost, AncfError> {
         let Some(mut plane) = self.state.plane.clone() else {
             return Err(AncfError::Input(vec!["the tire has no plane to press on: 'ground' must be 'plane'".into()]));
         };
+        let normal = Vector3::from(plane.normal);
+        let rim = self
+            .mesh
+            .rim_nodes()
+            .into_iter()
+            .map(|n| normal.dot(&self.mesh.surface.at(n as usize, &self.state.shell.q)));
+        let rim = rim.fold(f64::MAX, f64::min);
+        if height.is_nan() || height >= rim {
+            return Err(AncfError::Input(vec![format!(
+                "the plane is at {height} m, above the rim's lowest point; allowed: below {rim:.4} m where the wheel is now"
+            )]));
+        }
         // Without friction: the path of the tangential springs would depend on the increments.
         let contact = Contact { friction: 0.0, tangential_stiffness: 0.0, normal_damping: 0.0, ..self.spec.contact };
         plane.anchors.clear();
         // Nothing is touched below the lowest node: start there.
-        let normal = Vector3::from(plane.normal);
         let surface = &self.mesh.surface;
         let lowest =
             (0..surface.len()).map(|k| normal.dot(&surface.at(k, &self.state.shell.q))).fold(f64::MAX, f64::min);
@@ -68,7 +79,15 @@ impl Tire {
         let result = statics::solve(&problem, self.hht.assembly_mut(), &mut q, 0.0, &[1.0], options, |_, _| ());
         self.state.shell.q = q;
         self.factor_orientation = None;
-        let cost = result?;
+        let cost = result.map_err(|error| match error {
+            AncfError::Newton { time, correction, .. } => AncfError::Unpressed {
+                height,
+                reached: from + time * (height - from),
+                correction,
+                tolerance: options.tolerance,
+            },
+            other => other,
+        })?;
         let mut plane = rising.at(1.0);
         let load = PlaneLoad { plane: &plane, surface, contact: &self.spec.contact, since: 0.0 };
         plane.anchors = load.anchors(&self.state.shell.q, &self.state.shell.v);
