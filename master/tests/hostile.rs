@@ -1,77 +1,17 @@
 //! Damaged and hostile files, made by changing good ones at random (with a fixed seed): every one is read or refused, none makes the
 //! program panic or run away.
 
+#[path = "support/changed.rs"]
+mod changed;
+
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use changed::{Random, changed};
 use terramech::check::{self, Options};
 use terramech::fault::Faults;
 use terramech::{archive, model_description};
-
-/// Marsaglia's xorshift: the same changes on every machine.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self, below: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % below.max(1) as u64) as usize
-    }
-}
-
-/// Text that upsets readers.
-const NASTY: [&[u8]; 16] = [
-    b"<",
-    b">",
-    b"\"",
-    b"&#0;",
-    b"&lt",
-    b"]]>",
-    b"<!DOCTYPE x [<!ENTITY a \"b\">]>",
-    b"\xff\xfe",
-    b"NaN",
-    b"-1",
-    b"1e999",
-    b"99999999999999999999",
-    b"..",
-    b"\0",
-    b"<a><a><a><a><a><a>",
-    b"xmlns=",
-];
-
-/// A few changes: flipped bits, cuts, pieces doubled or moved, nasty text.
-fn changed(good: &[u8], random: &mut Random) -> Vec<u8> {
-    let mut bytes = good.to_vec();
-    for _ in 0..=random.next(4) {
-        let at = random.next(bytes.len());
-        let length = random.next(60).min(bytes.len() - at);
-        match random.next(6) {
-            0 if !bytes.is_empty() => bytes[at] ^= 1 << random.next(8),
-            1 => bytes.truncate(at),
-            2 => drop(bytes.drain(at..at + length)),
-            3 => {
-                let piece = bytes[at..at + length].to_vec();
-                let to = random.next(bytes.len());
-                bytes.splice(to..to, piece);
-            }
-            4 => {
-                let nasty = NASTY[random.next(NASTY.len())];
-                bytes.splice(at..at, nasty.iter().copied());
-            }
-            // A number in quotes to another.
-            _ => {
-                if let Some(quote) = bytes[at..].iter().position(|b| *b == b'"').map(|n| at + n + 1) {
-                    let nasty = NASTY[8 + random.next(4)];
-                    let end = bytes[quote..].iter().position(|b| *b == b'"').map_or(quote, |n| quote + n);
-                    bytes.splice(quote..end, nasty.iter().copied());
-                }
-            }
-        }
-    }
-    bytes
-}
 
 fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data")

@@ -199,6 +199,12 @@ impl Links {
         }
     }
 
+    /// Whether anything is extrapolated.
+    #[inline]
+    pub fn has_tracks(&self) -> bool {
+        !self.tracks.is_empty()
+    }
+
     /// Where the value of a connection is found; `None` if it is not among these.
     pub fn held(&self, connection: usize) -> Option<Held> {
         let route = self.incoming.iter().flat_map(|i| &i.scalars).find(|r| r.connection == connection)?;
@@ -272,7 +278,7 @@ impl Links {
             if let Err(error) = instance.set_reals(&incoming.references, values) {
                 let model = plan.model(target);
                 let about = list(incoming.scalars.iter().map(|r| &*model.variables[r.variable].name));
-                return Err(Box::new(Refused { about, error }));
+                return Err(Box::new(Refused { about, error: *error }));
             }
             return self.carry_arrays(plan, target, instance, fresh);
         }
@@ -301,6 +307,31 @@ impl Links {
             Box::new(Refused { about: list(names), error })
         })?;
         self.carry_arrays(plan, target, instance, fresh)
+    }
+
+    /// Whether what a unit receives are Reals that are copied, and nothing else; or whether it receives nothing.
+    #[inline]
+    pub fn is_plain(&self, target: usize) -> bool {
+        let incoming = &self.incoming[target];
+        incoming.arrays.is_empty() && incoming.scalars.len() == incoming.references.len()
+    }
+
+    /// Sets what a unit receives for which [`Links::is_plain`] holds.
+    #[inline]
+    pub fn carry_plain(
+        &self,
+        target: usize,
+        instance: &mut Instance,
+        buffer: &mut Vec<f64>,
+    ) -> Result<(), Box<CallError>> {
+        let incoming = &self.incoming[target];
+        instance.set_reals(&incoming.references, self.gather(incoming, buffer))
+    }
+
+    /// Names of the variables that a unit receives.
+    pub fn received(&self, plan: &Plan, target: usize) -> String {
+        let model = plan.model(target);
+        list(self.incoming[target].scalars.iter().map(|r| &*model.variables[r.variable].name))
     }
 
     /// The values of plain Reals, in the order of their references; in `buffer` unless they lie together already.

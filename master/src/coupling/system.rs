@@ -228,13 +228,23 @@ impl System {
     pub fn read(&mut self, tick: u64) -> Result<(), Failure> {
         let timed = self.is_timed(tick).then(Instant::now);
         let time = self.time(tick);
-        for unit in 0..self.members.len() {
-            if self.is_due(unit, tick) && !self.links.outputs[unit].is_empty() {
-                let outputs = &mut self.links.outputs[unit];
-                read(&self.plan, unit, self.members[unit].as_deref_mut(), outputs, time)?;
-                self.links.note(unit, tick);
+        let (uniform, plan) = (self.uniform, &self.plan);
+        for (unit, (member, outputs)) in self.members.iter_mut().zip(&mut self.links.outputs).enumerate() {
+            if outputs.is_plain() && (uniform || tick.is_multiple_of(plan.components[unit].multiple)) {
+                let Some(member) = member.as_deref_mut() else { continue };
+                // What nearly every unit of a large system is: a few Reals, by one call.
+                if let Err(e) = member.instance.read_reals(&mut outputs.reals) {
+                    let about = about(plan, unit, outputs, e.call);
+                    return Err(Failure::unit(*e, Moment::At(time), about));
+                }
+                if !outputs.reals.is_finite() {
+                    finite(plan, unit, outputs, time)?;
+                }
+            } else if !outputs.is_empty() && (uniform || tick.is_multiple_of(plan.components[unit].multiple)) {
+                read(plan, unit, member.as_deref_mut(), outputs, time)?;
             }
         }
+        self.note_all(tick);
         self.bonds.end(&self.links, self.plan.clock.length(self.stride));
         if let Some(begin) = timed {
             self.clockwork.coupling += self.took(begin);
@@ -257,6 +267,18 @@ impl System {
             self.clockwork.watching += self.took(begin);
         }
         Ok(())
+    }
+
+    /// The outputs of all units that communicate now have been read.
+    #[inline]
+    fn note_all(&mut self, tick: u64) {
+        if self.links.has_tracks() {
+            for unit in 0..self.members.len() {
+                if self.is_due(unit, tick) {
+                    self.links.note(unit, tick);
+                }
+            }
+        }
     }
 
     /// Sets the inputs of all units that communicate now from what was read.
@@ -316,10 +338,21 @@ impl System {
         let step = For { span: (tick, tick + self.stride), all_fresh: true };
         for (unit, (member, size)) in self.members.iter_mut().zip(&self.sizes).enumerate() {
             let Some(member) = member.as_deref_mut() else { continue };
-            self.links
-                .carry(&self.plan, unit, &mut member.instance, &mut self.sets, step, |_| true)
-                .map_err(|r| Failure::unit(r.error, Moment::At(time), r.about))?;
-            match member.step(time, *size) {
+            if self.links.is_plain(unit) {
+                if let Err(e) = self.links.carry_plain(unit, &mut member.instance, &mut self.sets.reals.1) {
+                    return Err(Failure::unit(*e, Moment::At(time), self.links.received(&self.plan, unit)));
+                }
+            } else {
+                self.links
+                    .carry(&self.plan, unit, &mut member.instance, &mut self.sets, step, |_| true)
+                    .map_err(|r| Failure::unit(r.error, Moment::At(time), r.about))?;
+            }
+            let stepped = match member.quick_step(time, *size) {
+                Some(Ok(())) => continue,
+                Some(Err(code)) => member.instance.after(code, time, *size),
+                None => member.step(time, *size),
+            };
+            match stepped {
                 Ok(Stepped::Done) => {}
                 Ok(Stepped::Ended(time)) => {
                     self.ended.get_or_insert((unit, time));

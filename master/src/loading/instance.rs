@@ -11,7 +11,7 @@ use terramech_fmi2::types::*;
 use super::environment::{Ear, Environment, progress};
 use super::functions::Functions;
 use super::pulse::Name;
-use super::values::{Outputs, Sets};
+use super::values::{Batch, Outputs, Sets};
 use super::{CallError, Cause, Library, LoadError, Pulse, Status};
 
 /// Largest array we take (elements): beyond it the size is a fault of the unit, not a bed.
@@ -179,31 +179,10 @@ impl Instance {
     /// [`CallError`]; a discarded step tells in `said` how far it came.
     #[inline]
     pub fn step(&mut self, time: f64, size: f64) -> Result<Stepped, CallError> {
-        match self.try_step(time, size) {
+        match self.quick_step(time, size) {
             Ok(()) => Ok(Stepped::Done),
-            Err(e) if e.status == Status::Discard => self.go_on(time, size, e),
-            Err(e) => Err(e),
+            Err(code) => self.after(code, time, size),
         }
-    }
-
-    #[inline]
-    fn try_step(&mut self, time: f64, size: f64) -> Result<(), CallError> {
-        let get_status = self.functions.get_status;
-        let no_way_back = c_int::from(self.kept.is_null());
-        // SAFETY: no pointers but the component, and a status on our stack.
-        self.call(&"fmi2DoStep", |f, c| unsafe {
-            // The last argument says that no state before this point is set again.
-            let mut status = (f.do_step)(c, time, size, no_way_back);
-            if let Some(get_status) = get_status {
-                while status == FMI2_PENDING {
-                    std::thread::sleep(PENDING_PAUSE);
-                    if get_status(c, FMI2_DO_STEP_STATUS, &raw mut status) != FMI2_OK {
-                        status = FMI2_ERROR;
-                    }
-                }
-            }
-            status
-        })
     }
 
     /// After a step was discarded: asks how far it came and goes on from there.
@@ -233,7 +212,19 @@ impl Instance {
                     return Ok(Stepped::Done);
                 }
                 part = part.min(end - from);
-                match self.try_step(from, part) {
+                let code = match self.quick_step(from, part) {
+                    Ok(()) => {
+                        from += part;
+                        continue;
+                    }
+                    Err(FMI2_PENDING) => {
+                        let code = self.wait();
+                        self.pulse.end(self.calls);
+                        code
+                    }
+                    Err(code) => code,
+                };
+                match if code == FMI2_OK { Ok(()) } else { self.judge(&"fmi2DoStep", code) } {
                     Ok(()) => from += part,
                     Err(e) if e.status == Status::Discard => break e,
                     Err(e) => return Err(e),
@@ -286,13 +277,6 @@ impl Instance {
                     })?;
                 }
             };
-        }
-        if o.is_plain() {
-            let batch = &mut o.reals;
-            // SAFETY: both arrays have as many elements as the call is told.
-            return self.call(&"fmi2GetReal", |f, c| unsafe {
-                (f.get_real)(c, batch.references.as_ptr(), batch.references.len(), batch.values.as_mut_ptr())
-            });
         }
         scalars!(o.reals, "fmi2GetReal", get_real);
         scalars!(o.integers, "fmi2GetInteger", get_integer);
@@ -404,13 +388,104 @@ impl Instance {
     /// # Errors
     /// [`CallError`].
     #[inline]
-    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
+    pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), Box<CallError>> {
         let n = references.len().min(values.len());
         if n == 0 {
             return Ok(());
         }
         // SAFETY: both arrays have at least as many elements as the call is told.
-        self.call(&"fmi2SetReal", |f, c| unsafe { (f.set_real)(c, references.as_ptr(), n, values.as_ptr()) })
+        self.quick(&"fmi2SetReal", |f, c| unsafe { (f.set_real)(c, references.as_ptr(), n, values.as_ptr()) })
+    }
+
+    /// Reads reals by one call.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    #[inline]
+    pub fn read_reals(&mut self, batch: &mut Batch<f64>) -> Result<(), Box<CallError>> {
+        let n = batch.references.len().min(batch.values.len());
+        // SAFETY: both arrays have at least as many elements as the call is told.
+        self.quick(&"fmi2GetReal", |f, c| unsafe {
+            (f.get_real)(c, batch.references.as_ptr(), n, batch.values.as_mut_ptr())
+        })
+    }
+
+    /// [`Instance::step`] for a step that ends as wanted.
+    ///
+    /// # Errors
+    /// The status, if it is another than fmi2OK: see [`Instance::after`].
+    #[inline]
+    pub fn quick_step(&mut self, time: f64, size: f64) -> Result<(), Fmi2Status> {
+        if !self.is_alive() {
+            return Err(FMI2_ERROR);
+        }
+        let no_way_back = c_int::from(self.kept.is_null());
+        self.calls = self.calls.wrapping_add(1);
+        self.pulse.begin(&"fmi2DoStep", self.calls);
+        // SAFETY: no pointers but the component.
+        let code = unsafe { (self.functions.do_step)(self.component.as_ptr(), time, size, no_way_back) };
+        if code == FMI2_PENDING {
+            return Err(code);
+        }
+        self.pulse.end(self.calls);
+        if code == FMI2_OK { Ok(()) } else { Err(code) }
+    }
+
+    /// What becomes of a step after [`Instance::quick_step`] has given this status.
+    ///
+    /// # Errors
+    /// As [`Instance::step`].
+    #[cold]
+    pub fn after(&mut self, mut code: Fmi2Status, time: f64, size: f64) -> Result<Stepped, CallError> {
+        let name: Name = &"fmi2DoStep";
+        if !self.is_alive() {
+            return Err(self.refused(name, Status::NotCalled, String::new()));
+        }
+        if code == FMI2_PENDING {
+            code = self.wait();
+            self.pulse.end(self.calls);
+        }
+        match if code == FMI2_OK { Ok(()) } else { self.judge(name, code) } {
+            Ok(()) => Ok(Stepped::Done),
+            Err(e) if e.status == Status::Discard => self.go_on(time, size, e),
+            Err(e) => Err(e),
+        }
+    }
+
+    /// Waits for a step in the background; gives its status.
+    fn wait(&mut self) -> Fmi2Status {
+        let Some(get_status) = self.functions.get_status else { return FMI2_PENDING };
+        let mut status = FMI2_PENDING;
+        while status == FMI2_PENDING {
+            std::thread::sleep(PENDING_PAUSE);
+            // SAFETY: no pointers but the component and a status on our stack.
+            if unsafe { get_status(self.component.as_ptr(), FMI2_DO_STEP_STATUS, &raw mut status) } != FMI2_OK {
+                status = FMI2_ERROR;
+            }
+        }
+        status
+    }
+
+    /// [`Instance::call`] with an error of one pointer, which costs nothing to hand back where there is none.
+    #[inline]
+    fn quick(
+        &mut self,
+        name: Name,
+        f: impl FnOnce(&Functions, Fmi2Component) -> Fmi2Status,
+    ) -> Result<(), Box<CallError>> {
+        if !self.is_alive() {
+            return Err(Box::new(self.refused(name, Status::NotCalled, String::new())));
+        }
+        self.calls = self.calls.wrapping_add(1);
+        self.pulse.begin(name, self.calls);
+        let code = f(&self.functions, self.component.as_ptr());
+        self.pulse.end(self.calls);
+        if code == FMI2_OK { Ok(()) } else { self.judge_boxed(name, code) }
+    }
+
+    #[cold]
+    fn judge_boxed(&mut self, name: Name, code: Fmi2Status) -> Result<(), Box<CallError>> {
+        self.judge(name, code).map_err(Box::new)
     }
 
     /// Sets an array of reals; its size becomes that of `values`.
