@@ -54,7 +54,7 @@ impl Batch<f64> {
     pub fn is_finite(&self) -> bool {
         match self.values.as_slice() {
             [x] => x.is_finite(),
-            values => values.iter().fold(0, |bad, x| bad | (x - x).to_bits()) == 0,
+            values => values.iter().fold(0, |bad, x| bad | (x * 0.0).to_bits()) << 1 == 0,
         }
     }
 }
@@ -170,9 +170,9 @@ impl Outputs {
     /// The first value that is not finite: the variable or array element, and the value.
     #[inline]
     pub fn not_finite(&self) -> Option<(NotFinite, f64)> {
-        // A finite number less itself is zero, all bits; anything else is not a number. Two instructions for two numbers on any machine, and nothing that
+        // A finite number times zero is zero but for its sign; anything else is not a number. Two instructions for two numbers on any machine, and nothing that
         // waits for what was before.
-        let suspicious = |values: &[f64]| values.iter().fold(0, |bad, x| bad | (x - x).to_bits()) != 0;
+        let suspicious = |values: &[f64]| values.iter().fold(0, |bad, x| bad | (x * 0.0).to_bits()) << 1 != 0;
         let find = |values: &[f64]| values.iter().position(|x| !x.is_finite());
         if suspicious(&self.reals.values)
             && let Some(i) = find(&self.reals.values)
@@ -255,5 +255,29 @@ impl Sets {
     pub fn string(&mut self, reference: u32, value: impl Into<String>) {
         self.strings.0.push(reference);
         self.strings.1.push(value.into());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_finite_is_found_among_few_and_many() {
+        for n in [1, 2, 9] {
+            for bad in [f64::NAN, -f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let mut outputs = Outputs::default();
+                for i in 0..n {
+                    outputs.scalar(Class::Real, i, i as usize);
+                }
+                outputs.reals.values.fill(-f64::MAX);
+                outputs.reals.values[0] = -0.0;
+                assert!(outputs.is_plain() && outputs.reals.is_finite() && outputs.not_finite().is_none());
+                let last = n as usize - 1;
+                outputs.reals.values[last] = bad;
+                assert!(!outputs.reals.is_finite());
+                assert!(matches!(outputs.not_finite(), Some((NotFinite::Variable(v), _)) if v == last));
+            }
+        }
     }
 }
