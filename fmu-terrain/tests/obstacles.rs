@@ -144,3 +144,58 @@ fn point_contacts_of_two_bodies_balance_to_round_off() {
     }
     assert!(bodies[1].impulse[2] < -1.0 && s.angular_velocity.norm() > 0.1, "{s:?} {:?}", bodies[1].impulse);
 }
+
+#[test]
+fn two_obstacles_collide_and_momentum_stays() {
+    let setup = Setup { gravity: [0.0; 3], ..Setup::default() };
+    let box_of = |x: f64, vx: f64, mass: f64, asleep: bool| {
+        let mut at = state([x, 0.02, 1.0 + 0.03 * x]);
+        at.velocity = [vx, 0.0, 0.0].into();
+        obstacle(Solid::Box([0.2, 0.3, 0.25]), mass, at, asleep)
+    };
+    let ball = |x: f64, vx: f64, mass: f64| {
+        let mut at = state([x, 0.0, 1.0]);
+        at.velocity = [vx, 0.0, 0.0].into();
+        obstacle(Solid::Sphere(0.1), mass, at, false)
+    };
+    let mesh = Solid::mesh(Solid::Cylinder(0.1, 0.3).to_mesh()).unwrap();
+    let drum = obstacle(mesh, 4.0, state([0.31, 0.05, 1.02]), true);
+    for mut bodies in [
+        vec![ball(0.0, 1.0, 3.0), ball(0.25, -0.5, 5.0)],
+        vec![ball(0.0, 1.0, 3.0), box_of(0.25, 0.0, 6.0, true)],
+        vec![box_of(0.0, 1.0, 3.0, false), box_of(0.25, 0.0, 6.0, true)],
+        vec![box_of(0.06, 1.0, 3.0, false), drum],
+    ] {
+        let mut e = CpuEngine::new(setup.clone(), &[Grain::at([9.0, 9.0, 0.012], 0.012, 2500.0)], 1).unwrap();
+        let sums = |bodies: &mut [Body]| {
+            let (mut p, mut l, mut energy) = (nalgebra::Vector3::zeros(), nalgebra::Vector3::zeros(), 0.0);
+            for b in bodies {
+                let (m, s) = (b.shape.as_free().unwrap().mass(), now(b));
+                p += m * s.velocity;
+                l += m * s.position.cross(&s.velocity);
+                energy += 0.5 * m * s.velocity.norm_squared();
+            }
+            (p, l, energy)
+        };
+        let before = sums(&mut bodies);
+        e.advance(6000, &mut bodies).unwrap();
+        let after = sums(&mut bodies);
+        let [a, b] = [0, 1].map(|k| now(&mut bodies[k]));
+        println!("{:.4} {:.4} m/s, energy {:.4} of {:.4} J", a.velocity[0], b.velocity[0], after.2, before.2);
+        assert!((after.0 - before.0).norm() < 1e-9, "{after:?} {before:?}");
+        assert!(a.velocity[0] < b.velocity[0] && after.2 < before.2, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_box_rests_on_a_box() {
+    let mut e = empty();
+    let cube = |z: f64| obstacle(Solid::Box([0.3, 0.3, 0.2]), 10.0, state([0.0, 0.0, z]), false);
+    let mut bodies = [cube(0.1), cube(0.305)];
+    e.advance(40_000, &mut bodies).unwrap();
+    let [low, high] = [0, 1].map(|k| now(&mut bodies[k]));
+    let load = bodies[1].shape.as_free().unwrap().now.load[0];
+    println!("{:.4} m and {:.4} m high, carried {:.3} N", low.position[2], high.position[2], load[2]);
+    assert!((load[2] - 10.0 * G).abs() < 0.05 * 10.0 * G && high.velocity.norm() < 1e-2, "{load:?} {high:?}");
+    assert!((high.position[2] - low.position[2] - 0.2).abs() < 0.01);
+}

@@ -40,3 +40,35 @@ fn shear_stress_grows_with_the_normal_stress() {
     }
     assert!((20.0..40.0).contains(&angle) && sheared.cohesion.abs() < 800.0, "{angle} {}", sheared.cohesion);
 }
+
+/// 9.8: a strip footing fails at about 1/2 gamma B N_gamma (+ gamma z N_q, as it stands z deep) of the friction angle that the shear box
+/// measures. N_q = exp(pi tan phi) tan^2(45 deg + phi/2), N_gamma = 2 (N_q + 1) tan phi (Vesic 1973).
+#[test]
+#[ignore = "minutes: run by cargo xtask validate dem-p"]
+fn strip_footing_carries_what_the_friction_angle_says() {
+    let spec = Terrain::default();
+    let soil = Soil::new(&spec);
+    let mut quiet = |_: &str, _: f64| true;
+    let (density, _) = packing(&soil, 2, &mut quiet).unwrap();
+    let shear = fmu_terrain::soil::shear(&soil, &[1000.0, 2000.0, 4000.0], 2, &mut quiet).unwrap();
+    let plates = fmu_terrain::soil::plates(&soil, 2, &mut quiet).unwrap();
+    let capacity = |phi: f64, width: f64, z: f64| {
+        let nq = (std::f64::consts::PI * phi.tan()).exp() * (std::f64::consts::FRAC_PI_4 + 0.5 * phi).tan().powi(2);
+        density * 9.81 * (0.5 * width * 2.0 * (nq + 1.0) * phi.tan() + z * nq)
+    };
+    let [low, high] = [shear.friction_angle, shear.peak_angle];
+    println!("friction angle {:.2} deg residual, {:.2} deg peak", low.to_degrees(), high.to_degrees());
+    for test in &plates.tests {
+        let (z, width) = (0.1 * test.width, test.width);
+        let near = test.curve.iter().filter(|p| (p[0] - z).abs() < 0.05 * width).map(|p| p[1]);
+        let (sum, count) = near.fold((0.0, 0), |(s, n), p| (s + p, n + 1));
+        let pressure = sum / f64::from(count);
+        let said = capacity(0.5 * (low + high), width, z);
+        println!(
+            "\nVALIDATION|9.8 footing {:.0} mm wide|pressure at a sinkage of a tenth of its width|Pa|{said:.1}|{pressure:.1}|{:.2e}",
+            1e3 * width,
+            said
+        );
+        assert!(pressure > 0.4 * said && pressure < 2.0 * said, "{pressure} {said}");
+    }
+}

@@ -176,12 +176,55 @@ fn a_bed_from_a_file_is_the_bed_that_was_saved() {
     let e = other.start().unwrap_err();
     assert!(e.contains("bed.length") && e.contains("settled.bed"), "{e}");
     let bytes = std::fs::read(path).unwrap();
+    let mut older = bytes.clone();
+    older[7] = b'1';
+    std::fs::write(path, &older).unwrap();
+    let mut old = Terrain::new(SMALL, 1);
+    old.string("bed_load", path);
+    let e = old.start().unwrap_err();
+    assert!(e.contains("settled.bed") && e.contains("version '1' is not the version"), "{e}");
     std::fs::write(path, &bytes[..bytes.len() / 2]).unwrap();
     let mut cut = Terrain::new(SMALL, 1);
     cut.string("bed_load", path);
     let e = cut.start().unwrap_err();
     assert!(e.contains("cut short"), "{e}");
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_bed_of_tiles_sleeps_follows_and_hands_out_the_region_that_was_asked_for() {
+    let text = r#"{"soil": {"radius": {"equal": 0.006}}, "bed": {"length": 0.8, "width": 0.06, "fill": {"depth": 0.03},
+        "tile": 0.1, "follow": 0.1}, "dem_p": {"sleep": {"distance": 0.08}},
+        "output": {"low": [-0.2, -1, 0], "high": [0.1, 1, 1]}}"#;
+    let run = |threads: i32| {
+        let mut t = Terrain::new(text, threads);
+        t.string("body[1].shape", "cylinder");
+        t.set("body[1].radius", 0.05);
+        t.set("body[1].width", 0.04);
+        t.begin().unwrap();
+        let height = t.get("height");
+        let place = |t: &mut Terrain, k: usize| {
+            t.xyz(
+                "body[1].position",
+                [-0.1 + 4.0 * H * k as f64, 0.0, height + 0.05 - 0.005 * (k as f64 / 40.0).min(1.0)],
+            );
+            t.xyz("body[1].velocity", [4.0, 0.0, 0.0]);
+        };
+        place(&mut t, 0);
+        t.0.exit_initialization().unwrap();
+        let x: Vec<f64> = t.array("grain.position").chunks(3).map(|p| p[0]).collect();
+        assert!(!x.is_empty() && x.iter().all(|x| (-0.2..=0.1).contains(x)));
+        let mut forces = Vec::new();
+        // 0.6 m on: beyond where the box was.
+        for k in 0..300 {
+            place(&mut t, k);
+            t.step(k).unwrap();
+            forces.push(t.get_xyz("body[1].force").map(f64::to_bits));
+        }
+        assert!(forces.iter().skip(250).any(|f| f64::from_bits(f[2]) > 0.0));
+        forces
+    };
+    assert!(run(1) == run(2));
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! checks (the test itself decides whether it passes); this task runs the tests of a part and makes the table. Beside it stands a plot of
 //! every figure's error over its tolerance, and a plot for each `CURVE` a test prints ([`plots`]).
 
+mod cmu;
 mod plots;
 
 use crate::process::{cargo, root};
@@ -43,9 +44,13 @@ const PARTS: &[Part] = &[
 /// # Errors
 /// An unknown name, or a case that fails.
 pub fn validate(name: Option<&str>) -> Result<()> {
+    // Hours: only when asked for.
+    if name == Some("cmu") {
+        return cmu::validate();
+    }
     let parts: Vec<&Part> = PARTS.iter().filter(|p| name.is_none_or(|n| n == p.name)).collect();
     if parts.is_empty() {
-        let known: Vec<&str> = PARTS.iter().map(|p| p.name).collect();
+        let known: Vec<&str> = PARTS.iter().map(|p| p.name).chain(["cmu"]).collect();
         bail!("validation '{}' is unknown; there are: {}", name.unwrap_or_default(), known.join(", "));
     }
     let mut failed = Vec::new();

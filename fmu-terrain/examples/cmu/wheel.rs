@@ -145,9 +145,10 @@ pub fn drive(run: &Run, threads: usize) -> Outcome<Value> {
     // A communication step: what the wheel falls in it is far below a grain.
     const STEPS: u32 = 10;
     let dt = h * f64::from(STEPS);
-    let (mass, damping) = (row.load / G, 30.0);
-    let (mut x, mut z, mut vz) = (-0.5 * bed.length + 0.09, height + radius + 0.002, 0.0);
-    let (rest, ramp): (f64, f64) = (0.25, 0.1);
+    let mass = row.load / G;
+    let (mut x, mut z, mut vz) = (-0.5 * bed.length + 0.09, height + radius, 0.0);
+    // The load comes on slowly, or the wheel would fall deeper in than it stands.
+    let (rest, ramp): (f64, f64) = (0.2, 0.1);
     let (mut t, mut way) = (0.0_f64, 0.0_f64);
     let mut sums = [0.0; 6];
     let mut parts = [[0.0; 4]; 2];
@@ -164,7 +165,8 @@ pub fn drive(run: &Run, threads: usize) -> Outcome<Value> {
         z += vz * dt;
         way += v * dt;
         t += dt;
-        vz += dt * ((f[2] - row.load) / mass - damping / mass * vz);
+        let (load, damping) = (row.load * (t / rest).min(1.0), if share > 0.0 { 30.0 } else { 300.0 });
+        vz += dt * ((f[2] - load) / mass - damping / mass * vz);
         if way > WAY * 2.0 / 3.0 {
             let frame = [f[0] * cos + f[1] * sin, -f[0] * sin + f[1] * cos, f[2], height + radius - z];
             let half = &mut parts[usize::from(way > WAY * 5.0 / 6.0)];

@@ -272,7 +272,7 @@ impl Terrain {
 
     fn species(&self, k: usize, s: &SpeciesOf) -> dem::Species {
         let material = FIRST_OBSTACLE + self.obstacles.len() + k;
-        dem::Species { share: s.share, radii: s.radius.radii(), density: s.density, material }
+        dem::Species { share: s.share, radii: s.radius.radii(), density: s.density, material, layer: s.layer }
     }
 
     /// Radii for the sampler.

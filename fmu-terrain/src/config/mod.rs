@@ -41,6 +41,9 @@ pub struct Terrain {
     /// Rigid bodies that are free to move; used by terrain_dem_p.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub obstacles: Vec<Obstacle>,
+    /// What is handed out for recording.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub output: Option<Output>,
     /// Penalty granular model: used by terrain_dem_p.
     pub dem_p: DemP,
     /// Complementarity granular model: used by terrain_dem_c.
@@ -52,6 +55,16 @@ pub struct Terrain {
     /// Rigid ground: used by terrain_rigid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rigid: Option<Rigid>,
+}
+
+/// What is handed out for recording.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    /// Least x, y, z of the grains in the arrays grain.* (m).
+    pub low: [f64; 3],
+    /// Greatest x, y, z (m).
+    pub high: [f64; 3],
 }
 
 /// Material and size of the grains.
@@ -77,7 +90,7 @@ pub struct Soil {
     pub spinning_friction: f64,
     /// What pulls grains together.
     pub adhesion: Adhesion,
-    /// Grains of other kinds, mixed in; their shares are of the number of grains.
+    /// Grains of other kinds, mixed in or in layers; their shares are of the number of grains.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub species: Vec<SpeciesOf>,
 }
@@ -185,7 +198,7 @@ impl Radius {
     }
 }
 
-/// Grains of another kind, mixed in.
+/// Grains of another kind, mixed in or in a layer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpeciesOf {
@@ -198,6 +211,10 @@ pub struct SpeciesOf {
     /// Contact properties.
     #[serde(default)]
     pub surface: Surface,
+    /// They lie in a layer above the soil and the layers listed before, instead of being mixed in. Levelling the bed takes from the
+    /// uppermost.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub layer: bool,
 }
 
 /// How grains are placed before they fall.
@@ -403,6 +420,10 @@ impl Terrain {
         let most = obstacles::GREATEST_OBSTACLES;
         f.check(self.obstacles.len() <= most, "obstacles", self.obstacles.len(), &format!("at most {most}"));
         self.obstacles.iter().enumerate().for_each(|(k, o)| o.check(&mut f, k));
+        if let Some(o) = &self.output {
+            let sound = (0..3).all(|c| o.low[c] < o.high[c]);
+            f.check(sound, "output", format!("from {:?} to {:?}", o.low, o.high), "low below high, along each axis");
+        }
         if let Some(x) = &self.dem_c {
             x.check(&mut f);
         }

@@ -103,7 +103,7 @@ impl Radii {
     }
 }
 
-/// Grains of another kind, mixed in.
+/// Grains of another kind, mixed in or in a layer above.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Species {
     /// Share of the number of grains (1).
@@ -114,6 +114,8 @@ pub struct Species {
     pub density: f64,
     /// Material index.
     pub material: usize,
+    /// In a layer of its own, above all that comes before it in the list; else mixed into the sample's own grains.
+    pub layer: bool,
 }
 
 /// How much.
@@ -207,7 +209,7 @@ pub fn sample_mixed(s: &Sample, how: Placing, others: &[Species]) -> Result<Vec<
     let mut grains = Vec::with_capacity(count);
     for i in 0..count {
         let mut rng = Rng::new(s.seed, i as u64);
-        let (radii, density, material) = kind(s, others, &mut rng);
+        let (radii, density, material) = kind(s, others, (i as f64 + 0.5) / count as f64, &mut rng);
         let radius = radii.draw(&mut rng);
         if let Some(&position) = places.get(i) {
             grains.push(Grain { material, ..Grain::at(position, radius, density) });
@@ -224,11 +226,19 @@ pub fn sample_mixed(s: &Sample, how: Placing, others: &[Species]) -> Result<Vec<
     Ok(grains)
 }
 
-/// Radii, density and material of a grain, drawn by the shares.
-fn kind<'a>(s: &'a Sample, others: &'a [Species], rng: &mut Rng) -> (&'a Radii, f64, usize) {
-    if !others.is_empty() {
-        let mut left = rng.unit();
-        for o in others {
+/// Radii, density and material of a grain, drawn by the shares; `height`: the share of grains below it, which decides its layer.
+fn kind<'a>(s: &'a Sample, others: &'a [Species], height: f64, rng: &mut Rng) -> (&'a Radii, f64, usize) {
+    let mixed = 1.0 - others.iter().filter(|o| o.layer).map(|o| o.share).sum::<f64>();
+    let mut from = mixed;
+    for o in others.iter().filter(|o| o.layer) {
+        if height >= from && height < from + o.share {
+            return (&o.radii, o.density, o.material);
+        }
+        from += o.share;
+    }
+    if others.iter().any(|o| !o.layer) {
+        let mut left = rng.unit() * mixed;
+        for o in others.iter().filter(|o| !o.layer) {
             left -= o.share;
             if left < 0.0 {
                 return (&o.radii, o.density, o.material);
@@ -301,10 +311,25 @@ mod tests {
             let (least, greatest) = radii.range();
             assert!(grains.iter().all(|g| (least..=greatest).contains(&g.radius)));
         }
-        let gravel = Species { share: 0.1, radii: Radii::Equal(0.008), density: 2700.0, material: 1 };
+        let gravel = Species { share: 0.1, radii: Radii::Equal(0.008), density: 2700.0, material: 1, layer: false };
         let grains = sample_mixed(&count(list), Placing::Grid, &[gravel]).unwrap();
         let share = grains.iter().filter(|g| g.material == 1 && g.density == 2700.0).count() as f64 / 2e4;
         assert!((share - 0.1).abs() < 0.01, "{share}");
+        // Three layers: own grains, then coarse, then heavy ones.
+        let layer =
+            |share, r, density, material| Species { share, radii: Radii::Equal(r), density, material, layer: true };
+        let three = [layer(0.3, 0.006, 2600.0, 1), layer(0.2, 0.005, 4000.0, 2)];
+        for how in [Placing::Grid, Placing::Hcp, Placing::PoissonDisk] {
+            let few = Sample { length: 0.3, width: 0.3, ..count(Radii::Equal(0.005)) };
+            let grains = sample_mixed(&Sample { fill: Fill::Count(4000), ..few }, how, &three).unwrap();
+            let extent = |m: usize| {
+                let z = grains.iter().filter(|g| g.material == m).map(|g| g.position[2]);
+                z.fold([f64::INFINITY, 0.0_f64], |[a, b], z| [a.min(z), b.max(z)])
+            };
+            let of = [0, 1, 2].map(extent);
+            assert!(of[0][1] < of[1][0] + 0.013 && of[1][1] < of[2][0] + 0.013, "{how:?} {of:?}");
+            assert_eq!([0, 1, 2].map(|m| grains.iter().filter(|g| g.material == m).count()), [2000, 1200, 800]);
+        }
     }
 
     #[test]

@@ -161,7 +161,7 @@ impl Default for Near {
 pub struct Scratch {
     /// Force and moment on the grains of the slab at hand and its halo.
     pub force: Vec<Force>,
-    /// The same of the slab before.
+    /// What the slab before does to its halo: the first grains of the slab at hand.
     pub before: Vec<Force>,
     /// The same of the region's first slab, where there is more than one: it is integrated last.
     pub start: Vec<Force>,

@@ -234,11 +234,15 @@ impl Task<'_> {
         region.sweep(
             &mut (scratch, slabs, near, kept),
             |(scratch, slabs, near, _), k, rows| {
-                match k - start {
-                    0 => {}
+                let Scratch { force, before, start: kept, .. } = &mut **scratch;
+                if k > start {
+                    // Its own grains have been moved on, or wait for the end; its halo is still to be added.
+                    before.clear();
+                    before.extend(force.get(cuts[k - 1].last - cuts[k - 1].first..).into_iter().flatten());
+                }
+                if k == start + 1 {
                     // The forces on the region's first slab are kept to the end.
-                    1 => std::mem::swap(&mut scratch.force, &mut scratch.start),
-                    _ => std::mem::swap(&mut scratch.force, &mut scratch.before),
+                    std::mem::swap(force, kept);
                 }
                 // Where nothing is done, the slab behind sleeps: nobody asks for these forces.
                 if work[k] != Work::Nothing {
@@ -249,9 +253,7 @@ impl Task<'_> {
                 if work[k] != Work::All {
                     return;
                 }
-                let before = if k - start == 1 { &scratch.start } else { &scratch.before };
-                // The slab before: its own grains, then its halo, which are this slab's first grains.
-                let halo = &before[cuts[k - 1].last - cuts[k - 1].first..];
+                let halo = &scratch.before[..];
                 let kept = &mut kept[cuts[k].first - first..cuts[k].last - first];
                 let (moved, speed) = integrate(rows, kept, &scratch.force, halo, motion);
                 scratch.moved |= moved;

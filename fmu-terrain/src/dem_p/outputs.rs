@@ -6,9 +6,13 @@ use crate::dem::{Body, DemState, Surface};
 use crate::variables::{ObstacleVars, ProbeVars, Variables};
 use terramech_fmi2::{UnitError, Values, Var};
 
-/// Writes one of the arrays `grain.*`, by grain number: a recorder asks for one after the other.
-pub fn grain(v: &mut Values, vars: &Variables, state: &DemState, vr: u32) {
-    let order = state.by_id();
+/// Writes one of the arrays `grain.*`, by grain number, of the grains in the region that is handed out: a recorder asks for one
+/// after the other.
+pub fn grain(v: &mut Values, vars: &Variables, state: &DemState, spec: &Terrain, vr: u32) {
+    let mut order = state.by_id();
+    if let Some(region) = &spec.output {
+        order.retain(|&i| (0..3).all(|c| (region.low[c]..=region.high[c]).contains(&state.rows[i as usize][c])));
+    }
     let rows = || order.iter().map(|&i| &state.rows[i as usize]);
     if vr == vars.grain_id.vr() {
         let id = v.integers_mut(vars.grain_id);

@@ -257,7 +257,7 @@ impl<E: SoilEngine> GranularUnit<E> {
         let (vars, state) = (&self.vars, engine.state());
         let grain = [vars.grain_position, vars.grain_velocity, vars.grain_radius, vars.grain_force];
         if vr == vars.grain_id.vr() || grain.iter().any(|g| g.vr() == vr) {
-            outputs::grain(v, vars, state, vr);
+            outputs::grain(v, vars, state, spec, vr);
         } else if let Some(probe) = vars.probe_of(vr) {
             outputs::probes(v, &probe, state, spec, self.own.report.as_ref().map_or(0.0, |r| r.height))?;
         } else if vr == vars.kinetic_energy.vr() {

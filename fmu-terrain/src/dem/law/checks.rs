@@ -220,3 +220,130 @@ fn adhesion_pulls_and_adds_to_the_coulomb_limit() {
         assert!((reached - 1.0).abs() < 1e-3, "{kind:?} {form:?}: {reached}");
     });
 }
+
+/// Every law, form, way of following the displacement, and kind of adhesion.
+fn every(check: impl Fn(LawKind, Form, Tangential, crate::dem::Adhesion)) {
+    let none = crate::dem::Adhesion::default();
+    let adhesions = [
+        none,
+        crate::dem::Adhesion { constant: 2.0, ..none },
+        crate::dem::Adhesion { dmt: 20.0, ..none },
+        crate::dem::Adhesion { perko: 300.0, ..none },
+        crate::dem::Adhesion { pressure: 5e3, ..none },
+    ];
+    each(|kind, form| {
+        for tangential in [Tangential::None, Tangential::OneStep, Tangential::History] {
+            adhesions.iter().for_each(|a| check(kind, form, tangential, *a));
+        }
+    });
+}
+
+/// A contact of a law with adhesion: load after a step.
+fn sticky(
+    (kind, form, tangential, adhesion): (LawKind, Form, Tangential, crate::dem::Adhesion),
+    t: &Touch,
+    memory: &mut (Slip, [f64; 3]),
+) -> Load {
+    let material = Material { restitution: 0.6, friction: 0.5, rolling_friction: 0.2, adhesion, ..Material::default() };
+    let opt = Options { adhesion: adhesion != crate::dem::Adhesion::default(), ..options(tangential) };
+    let pair = Pair::of(&material, &material);
+    dispatch_law!(kind, form, law => evaluate::<_, true>(&law, &pair, &opt, t, &mut memory.0, Some(&mut memory.1)))
+}
+
+#[test]
+fn the_normal_force_is_the_slope_of_an_energy_and_adhesion_shifts_it_by_its_pull() {
+    every(|kind, form, tangential, adhesion| {
+        let case = (kind, form, tangential, adhesion);
+        let force = |delta: f64| {
+            sticky(case, &touch([0.0, 0.0, 1.0], delta, [0.0; 3], [0.0; 3]), &mut Default::default()).normal
+        };
+        let pull = adhesion.constant
+            + adhesion.dmt * R.sqrt()
+            + adhesion.perko * R
+            + std::f64::consts::PI * (2.0 * R).powi(2) * adhesion.pressure;
+        // k_n delta^2 times 2/5, or 1/2 for the linear law, less what adhesion has given: `energy.rs` says the same.
+        let share = if kind == LawKind::Hooke { 0.5 } else { 0.4 };
+        let energy = |delta: f64| share * (force(delta) + pull) * delta - pull * delta;
+        for delta in [3e-5, 1e-4, 4e-4] {
+            let d = 1e-4 * delta;
+            let slope = (energy(delta + d) - energy(delta - d)) / (2.0 * d);
+            let off = (slope - force(delta)).abs() / (force(delta).abs() + pull);
+            assert!(off < 1e-6, "{case:?} at {delta}: {slope} {}", force(delta));
+            let plain = sticky(
+                (kind, form, tangential, Default::default()),
+                &touch([0.0, 0.0, 1.0], delta, [0.0; 3], [0.0; 3]),
+                &mut Default::default(),
+            );
+            assert!((plain.normal - pull - force(delta)).abs() < 1e-9 * plain.normal, "{case:?}");
+        }
+    });
+}
+
+#[test]
+fn the_tangential_stiffness_is_the_slope_of_the_force_while_it_sticks() {
+    every(|kind, form, tangential, adhesion| {
+        let case = (kind, form, tangential, adhesion);
+        if kind == LawKind::PlainCoulomb {
+            return;
+        }
+        let terms = dispatch_law!(kind, form, law => law.terms(&pair(), 1e-4, R, M, 0.0));
+        let h = 1e-6;
+        let mut memory = Default::default();
+        // Slow enough to stick for all steps.
+        let v = 1e-3 * 0.5 * 1e-4 / h / 200.0;
+        let mut last = 0.0;
+        for k in 1..=3 {
+            let l = sticky(case, &touch([0.0, 0.0, 1.0], 1e-4, [v, 0.0, 0.0], [0.0; 3]), &mut memory);
+            let slope = (last - l.tangential[0]) / (v * h);
+            last = l.tangential[0];
+            if k == 1 {
+                continue;
+            }
+            let expected = if tangential == Tangential::History { terms.kt } else { 0.0 };
+            assert!((slope - expected).abs() <= 1e-6 * terms.kt, "{case:?}: {slope} {expected}");
+        }
+    });
+}
+
+#[test]
+fn a_turned_observer_sees_turned_forces_whatever_the_displacement_and_adhesion() {
+    every(|kind, form, tangential, adhesion| {
+        let case = (kind, form, tangential, adhesion);
+        let (mut a, mut b) = (Default::default(), Default::default());
+        for k in 0..200 {
+            let v = [0.01 * (0.05 * f64::from(k)).sin(), 0.02, -0.01];
+            let w = [1.0, -2.0, 0.5];
+            let one = sticky(case, &touch([0.0, 0.0, 1.0], 1e-4, v, w), &mut a);
+            let two = sticky(case, &touch(turned([0.0, 0.0, 1.0]), 1e-4, turned(v), turned(w)), &mut b);
+            let size = one.normal.abs() + norm(one.tangential);
+            assert!((one.normal - two.normal).abs() < 1e-9 * size, "{case:?}");
+            assert!(norm(sub(turned(one.tangential), two.tangential)) < 1e-9 * size, "{case:?}");
+            assert!(norm(sub(turned(one.couple), two.couple)) < 1e-9 * size * R, "{case:?}");
+        }
+    });
+}
+
+#[test]
+fn no_closed_cycle_makes_energy_whatever_the_displacement_and_adhesion() {
+    every(|kind, form, tangential, adhesion| {
+        let case = (kind, form, tangential, adhesion);
+        let mut memory = Default::default();
+        // Two rounds of overlap and slip out of phase; the first grows adhesion and memory, the second counts.
+        let (n, mut work) = (4000, 0.0);
+        let h = 1e-6;
+        for k in 0..2 * n {
+            let phase = std::f64::consts::TAU * f64::from(k) / f64::from(n);
+            let rate = std::f64::consts::TAU / (f64::from(n) * h);
+            let delta = 2e-4 + 1e-4 * phase.sin();
+            // The normal points to the grain: overlap grows as it comes nearer.
+            let v = [5e-5 * rate * (phase + 0.7).cos(), 0.0, -1e-4 * rate * phase.cos()];
+            let w = [0.02 * rate * phase.cos(), 0.0, 0.01 * rate * phase.sin()];
+            let l = sticky(case, &touch([0.0, 0.0, 1.0], delta, v, w), &mut memory);
+            if k >= n {
+                work += h * (l.normal * v[2] + dot(l.tangential, v) + dot(l.couple, w));
+            }
+        }
+        // Conservative parts sum to the quadrature's error.
+        assert!(work < 1e-9, "{case:?}: {work}");
+    });
+}

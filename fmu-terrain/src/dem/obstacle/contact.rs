@@ -1,16 +1,17 @@
-//! Obstacles against the box and against driven bodies, and their motion: after the grains' contacts, at every step.
+//! Obstacles against each other, the box and driven bodies, and their motion: after the grains' contacts, at every step.
 //!
 //! A driven body's surface points are small spheres of radius [`POINT_RADIUS`] to an obstacle; the force acts at the point, on both,
 //! so that force and moment balance to round-off. Stiffness and friction are those of the grains' law for that radius. A point of a
 //! flexible tire weighs about 2 g: damping is reckoned with [`POINT_MASS`], which keeps explicit coupling stable there.
-//! Sums run by obstacle, then body, then point.
+//! Two obstacles meet likewise: the points of each ([`FreeBody::skin`]) are small spheres to the other, a sphere is one itself; stiffness
+//! is that of the lesser curvature. Sums run by obstacle, then body, then point.
 
 use super::FreeBody;
 use crate::dem::body::{Body, BodyTouch, Shape};
 use crate::dem::contact::{Options, Slip, Touch, evaluate};
 use crate::dem::engine::Setup;
 use crate::dem::law::dispatch_law;
-use crate::dem::material::PairTable;
+use crate::dem::material::{Pair, PairTable};
 use crate::dem::vec3::{Vec3, add, add_scaled, cross, dot, norm, scale, sub};
 use crate::dem::wall::Wall;
 use std::collections::BTreeMap;
@@ -26,20 +27,88 @@ const WAKING: f64 = 0.1;
 
 /// Partners from here on are walls.
 const WALLS: u32 = 1 << 16;
+/// Partners from here on are other obstacles.
+const OBSTACLES: u32 = 1 << 17;
+
+/// What other obstacles do to one: force, moment about its centre, memories.
+#[derive(Default)]
+struct Met {
+    force: Vec3,
+    moment: Vec3,
+    slips: BTreeMap<(u32, u32), Slip>,
+}
 
 /// Lets obstacles meet walls and driven bodies, and moves them on by a step. What the grains did to them is in `force` and
 /// `moment` of their bodies.
 pub fn step(bodies: &mut [Body], setup: &Setup, walls: &[Wall], pairs: &PairTable, options: &Options) {
-    for o in 0..bodies.len() {
-        if bodies[o].shape.as_free().is_none() {
-            continue;
+    let free: Vec<usize> = (0..bodies.len()).filter(|&o| bodies[o].shape.as_free().is_some()).collect();
+    let mut met: Vec<Met> = free.iter().map(|_| Met::default()).collect();
+    for (m, &a) in free.iter().enumerate() {
+        for (n, &b) in free.iter().enumerate().skip(m + 1) {
+            // Taken out, so that both can be written to.
+            let [mut one, mut two] = [a, b].map(|k| std::mem::replace(&mut bodies[k].shape, Box::new(Nowhere)));
+            if let (Some(one), Some(two)) = (one.as_free(), two.as_free()) {
+                let pair = pairs.get(bodies[a].material, bodies[b].material);
+                meet([one, two], [a, b], (m, n, &mut met), setup, pair, options);
+            }
+            (bodies[a].shape, bodies[b].shape) = (one, two);
         }
-        // Taken out, so that the other bodies can be written to.
+    }
+    for (o, met) in free.into_iter().zip(met) {
         let mut shape = std::mem::replace(&mut bodies[o].shape, Box::new(Nowhere));
         if let Some(free) = shape.as_free() {
-            one(free, o, bodies, (setup, walls), pairs, options);
+            one(free, o, bodies, met, (setup, walls), pairs, options);
         }
         bodies[o].shape = shape;
+    }
+}
+
+/// Contact of two obstacles: the points of each with the other's surface, action and reaction at the point.
+fn meet(
+    two: [&mut FreeBody; 2],
+    numbers: [usize; 2],
+    (m, n, met): (usize, usize, &mut [Met]),
+    setup: &Setup,
+    pair: &Pair,
+    options: &Options,
+) {
+    if (two[0].now.asleep && two[1].now.asleep) || !overlap(&two[0].bounds(), &two[1].bounds()) {
+        return;
+    }
+    let options = Options { adhesion: false, ..*options };
+    let inv_m = 1.0 / two[0].mass() + 1.0 / two[1].mass();
+    let radius = two[0].solid().curvature().min(two[1].solid().curvature());
+    let mut touches = Vec::new();
+    let mut touched = false;
+    for (i, j, mine, others) in [(0, 1, m, n), (1, 0, n, m)] {
+        for (k, &(p, r)) in (0_u32..).zip(two[i].skin()) {
+            let x = two[i].to_world(p);
+            touches.clear();
+            two[j].touches(x, r, &mut touches);
+            let Some(t) = touches.iter().max_by(|a, b| a.overlap.total_cmp(&b.overlap)) else { continue };
+            touched = true;
+            let at = t.point;
+            let meeting = Meeting {
+                n: t.normal,
+                overlap: t.overlap,
+                radius,
+                inv_m,
+                v: sub(two[i].velocity_at(at), two[j].velocity_at(at)),
+                spin: t.angular_velocity,
+            };
+            let key = (OBSTACLES + numbers[j] as u32, k);
+            let mut slip = two[i].now.slips.get(&key).copied().unwrap_or_default();
+            let f = meeting.force(setup, pair, &options, &mut slip);
+            let arms = [sub(at, two[i].centre()), sub(at, two[j].centre())];
+            met[mine].slips.insert(key, slip);
+            met[mine].force = add(met[mine].force, f);
+            met[mine].moment = add(met[mine].moment, cross(arms[0], f));
+            met[others].force = sub(met[others].force, f);
+            met[others].moment = sub(met[others].moment, cross(arms[1], f));
+        }
+    }
+    if touched {
+        two.into_iter().for_each(|free| free.now.asleep = false);
     }
 }
 
@@ -60,6 +129,7 @@ fn one(
     free: &mut FreeBody,
     o: usize,
     bodies: &mut [Body],
+    met: Met,
     (setup, walls): (&Setup, &[Wall]),
     pairs: &PairTable,
     options: &Options,
@@ -70,7 +140,8 @@ fn one(
     }
     let centre = free.centre();
     let options = Options { adhesion: false, ..*options };
-    let mut slips = BTreeMap::new();
+    (force, moment) = (add(force, met.force), add(moment, met.moment));
+    let mut slips = met.slips;
     let mut touches = Vec::new();
     let mut surface = Vec::new();
     for b in 0..bodies.len() {
@@ -164,7 +235,7 @@ struct Meeting {
 }
 
 impl Meeting {
-    fn force(&self, setup: &Setup, pair: &crate::dem::material::Pair, options: &Options, slip: &mut Slip) -> Vec3 {
+    fn force(&self, setup: &Setup, pair: &Pair, options: &Options, slip: &mut Slip) -> Vec3 {
         let touch = Touch {
             n: self.n,
             delta: self.overlap,

@@ -30,6 +30,7 @@ pub struct FreeBody {
     mass: f64,
     inertia: Matrix3<f64>,
     mesh: Option<MeshShape>,
+    skin: Vec<(Vec3, f64)>,
     /// What changes.
     pub now: FreeState,
 }
@@ -54,12 +55,18 @@ impl FreeBody {
         };
         let inertia = Matrix3::from_fn(|r, c| inertia[r][c]);
         let now = FreeState { state, asleep, load: [[0.0; 3]; 2], slips: BTreeMap::new() };
-        Ok(Self { solid, mass: kilograms, inertia, mesh, now })
+        let skin = solid.skin();
+        Ok(Self { solid, mass: kilograms, inertia, mesh, skin, now })
     }
 
     /// Its shape.
     pub fn solid(&self) -> &Solid {
         &self.solid
+    }
+
+    /// Small spheres on its surface, in which it meets other obstacles: centre in its own frame and radius (m).
+    pub fn skin(&self) -> &[(Vec3, f64)] {
+        &self.skin
     }
 
     /// Mass (kg).

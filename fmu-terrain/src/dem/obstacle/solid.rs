@@ -1,8 +1,9 @@
 //! What an obstacle looks like, in its own frame: origin at the centre of mass.
 
+use super::contact::POINT_RADIUS;
 use crate::dem::cylinder::nearest_on_cylinder;
 use crate::dem::error::DemError;
-use crate::dem::vec3::{Vec3, norm, scale};
+use crate::dem::vec3::{Vec3, add_scaled, norm, scale, sub};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use terramech_mechanics::TriangleMesh;
@@ -146,6 +147,35 @@ impl Solid {
             ),
             Self::Mesh(mesh) => out.extend(&mesh.vertices),
         }
+    }
+
+    /// Small spheres on the surface: itself for a sphere; else points along the edges of its mesh, a quarter of its reach apart at most,
+    /// drawn in towards the centre by their radius of [`POINT_RADIUS`], so that they end about where the surface does.
+    pub fn skin(&self) -> Vec<(Vec3, f64)> {
+        if let Self::Sphere(r) = self {
+            return vec![([0.0; 3], *r)];
+        }
+        let (mesh, most) = (self.to_mesh(), 0.25 * self.reach());
+        let mut points: Vec<Vec3> = mesh.vertices.clone();
+        let mut edges: Vec<[u32; 2]> =
+            mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).filter(|[a, b]| a < b).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        for [a, b] in edges {
+            let [p, q] = [a, b].map(|k| mesh.vertices[k as usize]);
+            let parts = (norm(sub(q, p)) / most).ceil();
+            for k in 1..parts as u32 {
+                points.push(add_scaled(p, f64::from(k) / parts, sub(q, p)));
+            }
+        }
+        let radius = POINT_RADIUS.min(0.1 * self.reach());
+        points
+            .into_iter()
+            .map(|p| {
+                let size = norm(p);
+                (scale((1.0 - radius / size).max(0.0), p), radius)
+            })
+            .collect()
     }
 
     /// A mesh to look at, in the obstacle's frame: a sphere as an icosahedron divided twice, a cylinder of 48 sides.
