@@ -195,7 +195,7 @@ fn a_bed_from_a_file_is_the_bed_that_was_saved() {
 fn a_bed_of_tiles_sleeps_follows_and_hands_out_the_region_that_was_asked_for() {
     let text = r#"{"soil": {"radius": {"equal": 0.006}}, "bed": {"length": 0.8, "width": 0.06, "fill": {"depth": 0.03},
         "tile": 0.1, "follow": 0.1}, "dem_p": {"sleep": {"distance": 0.08}},
-        "output": {"low": [-0.2, -1, 0], "high": [0.1, 1, 1]}}"#;
+        "output": {"low": [-0.2, -1, 0], "high": [1, 1, 1]}}"#;
     let run = |threads: i32| {
         let mut t = Terrain::new(text, threads);
         t.string("body[1].shape", "cylinder");
@@ -206,22 +206,25 @@ fn a_bed_of_tiles_sleeps_follows_and_hands_out_the_region_that_was_asked_for() {
         let place = |t: &mut Terrain, k: usize| {
             t.xyz(
                 "body[1].position",
-                [-0.1 + 4.0 * H * k as f64, 0.0, height + 0.05 - 0.005 * (k as f64 / 40.0).min(1.0)],
+                [-0.1 + 2.0 * H * k as f64, 0.0, height + 0.05 - 0.002 * (k as f64 / 80.0).min(1.0)],
             );
-            t.xyz("body[1].velocity", [4.0, 0.0, 0.0]);
+            t.xyz("body[1].velocity", [2.0, 0.0, 0.0]);
+            t.xyz("body[1].angular_velocity", [0.0, 40.0, 0.0]);
         };
         place(&mut t, 0);
         t.0.exit_initialization().unwrap();
-        let x: Vec<f64> = t.array("grain.position").chunks(3).map(|p| p[0]).collect();
-        assert!(!x.is_empty() && x.iter().all(|x| (-0.2..=0.1).contains(x)));
+        let x = |t: &mut Terrain| t.array("grain.position").chunks(3).map(|p| p[0]).collect::<Vec<_>>();
+        let at_first = x(&mut t);
+        assert!(!at_first.is_empty() && at_first.iter().all(|x| (-0.2..=0.4).contains(x)));
         let mut forces = Vec::new();
-        // 0.6 m on: beyond where the box was.
+        // 0.3 m on: the box has followed by a tile.
         for k in 0..300 {
             place(&mut t, k);
             t.step(k).unwrap();
             forces.push(t.get_xyz("body[1].force").map(f64::to_bits));
         }
         assert!(forces.iter().skip(250).any(|f| f64::from_bits(f[2]) > 0.0));
+        assert!(x(&mut t).iter().any(|x| *x > 0.41));
         forces
     };
     assert!(run(1) == run(2));

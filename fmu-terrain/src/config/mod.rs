@@ -536,6 +536,12 @@ impl Bed {
         }
         if let Some(buffer) = self.follow {
             f.check(self.tile.is_some(), "bed.follow", buffer, "only together with bed.tile");
+            f.check(
+                self.platform.is_none(),
+                "bed.follow",
+                buffer,
+                "not together with bed.platform, which stays behind",
+            );
             let tile = self.tile.unwrap_or(0.0);
             let allowed =
                 format!("above {} m, two greatest diameters, up to bed.length less three tiles", 4.0 * greatest);
