@@ -1,8 +1,8 @@
-//! Side views for the report, from the last frames.
+//! Side views and the picture of the whole system for the report, from the last frames.
 
 use std::sync::Arc;
 
-use terramech_results::report::SideView;
+use terramech_results::report::{Scene, SceneMesh, SideView};
 
 use super::frames::Frame;
 
@@ -27,6 +27,40 @@ pub fn side_views(frames: &[Arc<Frame>]) -> Vec<SideView> {
             Some(view)
         })
         .collect()
+}
+
+/// Field of a mesh whose first component colours it in the picture.
+const STRAIN: &str = "strain";
+
+/// The whole system at an angle, where several meshes are in one cloud of grains: the picture and what it shows.
+pub fn scene(frames: &[Arc<Frame>]) -> Option<(Vec<u8>, String)> {
+    let meshes: Vec<&Arc<Frame>> = frames.iter().filter(|f| f.triangles.is_some()).collect();
+    if meshes.len() < 2 {
+        return None;
+    }
+    let mut scene = Scene::default();
+    let mut time = None;
+    for cloud in frames.iter().filter(|f| f.triangles.is_none()) {
+        if let Some(radius) = cloud.real("radius", 1) {
+            scene = scene.grains(&cloud.points, radius).ok()?;
+            time = Some(cloud.time);
+        }
+    }
+    for mesh in meshes {
+        let field = mesh.fields.iter().find(|(name, ..)| name == STRAIN);
+        let values = field.and_then(|(name, n, _)| {
+            mesh.real(name, *n).map(|v| v.iter().step_by((*n).max(1)).copied().collect::<Vec<_>>())
+        });
+        let triangles = mesh.triangles.clone().unwrap_or_default();
+        let values = values.unwrap_or_default();
+        scene = scene.mesh(SceneMesh { points: mesh.points.clone(), triangles, values }).ok()?;
+    }
+    let [low, high] = scene.range();
+    let mut caption = format!("At t = {} s; soil darker where it is lower.", time?);
+    if scene.coloured() {
+        caption += &format!(" Colour of meshes: {STRAIN}, first component, from {low:.3} (blue) to {high:.3} (red).");
+    }
+    Some((scene.png().ok()?, caption))
 }
 
 fn middle_y(points: &[f64]) -> f64 {

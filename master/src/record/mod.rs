@@ -105,6 +105,11 @@ impl Recorder {
         figures::side_views(&self.frames.last())
     }
 
+    /// The whole system in the last frames, as a PNG with a caption, where there is something to be seen.
+    pub fn scene(&self) -> Option<(Vec<u8>, String)> {
+        figures::scene(&self.frames.last())
+    }
+
     /// Brings everything to disk and closes the files.
     ///
     /// # Errors

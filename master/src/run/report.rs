@@ -91,7 +91,12 @@ pub fn page(
     }
     let csv = CsvTable::read(path)?;
     let figures = recorder.map(Recorder::figures).unwrap_or_default();
-    Report::of_run(&plan.name, &csv, headlines, manifest, figures).write(folder)
+    let mut report = Report::of_run(&plan.name, &csv, headlines, manifest, figures);
+    if let Some((png, caption)) = recorder.and_then(Recorder::scene) {
+        folder.write("scene.png", &png)?;
+        report = report.with_picture("The system", png, caption);
+    }
+    report.write(folder)
 }
 
 /// The end of a run by a unit that does not return: its thread cannot be ended, so the process is.

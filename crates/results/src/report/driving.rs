@@ -46,6 +46,10 @@ pub fn driving(csv: &CsvTable) -> Vec<Section> {
                 }
                 plots.push(plot);
             }
+            if let (Some(x), Some(v)) = (numbers("chassis.position.x"), numbers("speed")) {
+                let axes = (Axis::new("x of the chassis", "m"), Axis::new("forward speed", "m/s"));
+                plots.push(Plot::new("Speed against position", axes.0, axes.1).with("", x, v, Style::Line));
+            }
             plots.push(per_wheel(csv, "Wheel loads", "force up", "N", |i| {
                 [
                     format!("tire{i}.load"),
@@ -53,6 +57,10 @@ pub fn driving(csv: &CsvTable) -> Vec<Section> {
                     format!("{vehicle}.tire[{i}].normal_force"),
                 ]
             }));
+            plots.push(per_wheel(csv, "Longitudinal forces on the wheels", "force along x", "N", |i| {
+                [format!("{vehicle}.wheel[{i}].force.x"), String::new(), String::new()]
+            }));
+            plots.extend(resistance(csv, vehicle));
             plots.push(per_wheel(csv, "Wheel speeds", "angular speed", "rad/s", |i| {
                 [format!("{vehicle}.wheel[{i}].spin"), String::new(), String::new()]
             }));
@@ -60,6 +68,35 @@ pub fn driving(csv: &CsvTable) -> Vec<Section> {
             Section::new(format!("Driving: {vehicle}"), plots.into_iter().map(Item::Plot).collect())
         })
         .collect()
+}
+
+/// Terrain resistance and net force: a wheel's axle torque over its height above the patch is what drives it, the force of the ground on the tire is what
+/// is left of it (net force), the difference is what the ground took (terrain resistance). Sums over the wheels of each axle.
+fn resistance(csv: &CsvTable, vehicle: &str) -> Option<Plot> {
+    let axes = (Axis::new("time", "s"), Axis::new("force", "N"));
+    let mut plot = Plot::new("Terrain resistance and net force by axle", axes.0, axes.1);
+    for axle in 0..8 {
+        let mut sums: [Vec<f64>; 2] = [vec![0.0; csv.time.len()], vec![0.0; csv.time.len()]];
+        for i in [2 * axle + 1, 2 * axle + 2] {
+            let wheel = |name: &str| csv.numbers(&format!("{vehicle}.wheel[{i}].{name}"));
+            let Some((net, torque, z)) =
+                wheel("force.x").zip(wheel("axle_torque")).zip(wheel("position.z")).map(|((a, b), c)| (a, b, c))
+            else {
+                return (axle > 0).then_some(plot);
+            };
+            // The arm: height of the axle over the ground at the start.
+            let arm = z.first().copied().filter(|z| *z > 0.0)?
+                - csv.numbers("terrain.height").and_then(|h| h.first().copied()).unwrap_or(0.0);
+            for (k, (f, m)) in net.iter().zip(torque).enumerate() {
+                sums[0][k] += f;
+                sums[1][k] += m / arm - f;
+            }
+        }
+        let [net, lost] = sums;
+        plot = plot.with(format!("net, axle {}", axle + 1), &csv.time, &net, Style::Line);
+        plot = plot.with(format!("resistance, axle {}", axle + 1), &csv.time, &lost, Style::Line);
+    }
+    Some(plot)
 }
 
 /// A curve for each wheel that has one of the columns, the first found.
@@ -90,7 +127,7 @@ mod tests {
             .iter()
             .filter_map(|i| if let Item::Plot(p) = i { Some(p.title.as_str()) } else { None })
             .collect();
-        assert_eq!(titles, ["Path", "Speed", "Wheel loads"]);
+        assert_eq!(titles, ["Path", "Speed", "Speed against position", "Wheel loads"]);
         let none = CsvTable::parse("time [s],rig.slip [1]\n0,0\n", Path::new("results.csv")).unwrap();
         assert!(driving(&none).is_empty());
     }

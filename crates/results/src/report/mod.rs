@@ -117,6 +117,14 @@ impl Report {
         Report { title: title.into(), subtitle: String::new(), chips: sections::chips(manifest), sections }
     }
 
+    /// With a picture in a section of its own behind the first one.
+    #[must_use]
+    pub fn with_picture(mut self, title: &str, png: Vec<u8>, caption: String) -> Report {
+        let at = self.sections.len().min(1);
+        self.sections.insert(at, Section::new(title, vec![Item::Picture { png, caption }]));
+        self
+    }
+
     /// The page as HTML.
     pub fn html(&self) -> String {
         page::html(self)

@@ -147,6 +147,11 @@ impl Scene {
         self
     }
 
+    /// Whether a mesh has values.
+    pub fn coloured(&self) -> bool {
+        self.meshes.iter().any(|m| !m.values.is_empty())
+    }
+
     /// Range of the values on the meshes, symmetric about 0 if they have both signs.
     pub fn range(&self) -> [f64; 2] {
         let values = || self.meshes.iter().flat_map(|m| &m.values).copied().filter(|v| v.is_finite());

@@ -181,7 +181,7 @@ impl Study {
             }
         }
         if self.touch == Touch::Mesh {
-            let names = ["kinetic_energy", "dissipated_energy", "contact_count"];
+            let names = ["kinetic_energy", "dissipated_energy", "contact_count", "height"];
             w.recorded.extend(names.map(|n| (terrain, n.to_string(), Some(SELDOM))));
         }
         w
