@@ -86,6 +86,8 @@ pub struct Variables {
     pub bed_load: StringVar,
     /// File to write the settled bed to.
     pub bed_save: StringVar,
+    /// Parameter: where the bed goes when the run ends.
+    pub bed_save_end: StringVar,
     /// Bodies.
     pub body: Vec<BodyVars>,
     /// Height of the settled bed (m).
@@ -141,6 +143,12 @@ pub fn declare(solver: bool) -> (Table, Variables) {
         "Absolute path of a settled bed to start from instead of settling one; empty for none",
     );
     let bed_save = t.parameter_string("bed_save", "", "Absolute path to write the settled bed to; empty for none");
+    let bed_save_end = t.parameter_string(
+        "bed_save_end",
+        "",
+        "Absolute path to write the bed to when the run ends, as the bodies left it: the next pass loads it; empty for none",
+    );
+    t.not_in_state(bed_save_end);
     t.not_in_state(bed_load);
     t.not_in_state(bed_save);
     let body = (1..=BODIES).map(|k| body(&mut t, k)).collect();
@@ -201,6 +209,7 @@ pub fn declare(solver: bool) -> (Table, Variables) {
         common,
         bed_load,
         bed_save,
+        bed_save_end,
         body,
         height,
         probe,

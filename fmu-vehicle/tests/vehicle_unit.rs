@@ -222,3 +222,25 @@ fn a_wrong_word_for_tires_is_told() {
     let e = i.exit_initialization().unwrap_err().message.clone();
     assert!(e.contains("'tires' is 'inside'") && e.contains("internal, external"), "{e}");
 }
+
+#[test]
+fn a_vehicle_that_rolls_over_ends_the_run_with_a_plain_statement() {
+    let mut i = instance("");
+    i.enter_initialization().unwrap();
+    i.exit_initialization().unwrap();
+    // Two tires on one side push it over.
+    let mut end = None;
+    for k in 0..4000 {
+        for (w, f) in [(1, 2.5e4), (2, 0.0), (3, 2.5e4), (4, 0.0)] {
+            set(&mut i, &format!("wheel[{w}].force.z"), if k < 400 { f } else { 0.0 });
+        }
+        if let Err(e) = i.do_step(f64::from(k) * 1e-3, 1e-3) {
+            end = Some(e.message);
+            break;
+        }
+    }
+    let e = end.expect("it turns over");
+    assert!(e.contains("rolled over") && e.contains("degrees"), "{e}");
+    // What was reached can still be read.
+    assert!(get(&mut i, "mass") > 2000.0 && get(&mut i, "chassis.position.z").is_finite());
+}

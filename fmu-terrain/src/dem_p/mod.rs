@@ -52,4 +52,4 @@ the settled bed and sleep until a body touches them; obstacle.* are their states
 Forces and wrenches are means over the last communication step. The inner step divides the communication step. Results do \
 not depend on 'threads' by a single bit.
 
-bed_save writes the settled bed to a file, bed_load starts from one.";
+bed_save writes the settled bed to a file, bed_save_end the bed as it is when the run ends, bed_load starts from one: passes over the same soil.";

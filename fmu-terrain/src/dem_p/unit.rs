@@ -108,8 +108,9 @@ impl<E: SoilEngine> GranularUnit<E> {
         let threads = v[self.vars.common.threads].max(1) as usize;
         let load = v.string(self.vars.bed_load).to_string();
         let save = v.string(self.vars.bed_save).to_string();
-        if !save.is_empty() {
-            bed_file::check_writable(&save)?;
+        let at_end = v.string(self.vars.bed_save_end).to_string();
+        for path in [&save, &at_end].into_iter().filter(|p| !p.is_empty()) {
+            bed_file::check_writable(path)?;
         }
         let (engine, report) = if load.is_empty() {
             let mut progress = |phase: &str, done: f64| host.progress(phase, done).is_ok();
@@ -143,20 +144,27 @@ impl<E: SoilEngine> GranularUnit<E> {
         if cohesion_change != 0.0 {
             host.log(LogCategory::Info, &format!("its surface moved by {cohesion_change:.5} m as adhesion grew"));
         }
-        if !save.is_empty() {
-            let specification = self.own.specification.clone();
-            let own = state::to_bytes(&engine.own())?;
-            let (engine, state) = (E::NAME.to_string(), engine.state().clone());
-            bed_file::write(&save, &BedFile { specification, report, engine, own, state })?;
-            host.log(LogCategory::Info, &format!("bed written to {save}"));
-        }
         self.engine = Some(engine);
         self.own.report = Some(report);
+        self.write_bed(&save, host)?;
         self.place_obstacles(&spec)?;
         let c = self.vars.common;
         v.lock([c.threads.vr(), self.vars.bed_load.vr(), self.vars.bed_save.vr()], LOCKED);
         v[self.vars.height] = height;
         v[self.vars.grain_count] = i32::try_from(grains).unwrap_or(i32::MAX);
+        Ok(())
+    }
+
+    /// Writes the bed as it is, unless the path is empty. Its height stays that of the settled bed, from which sinkage counts.
+    fn write_bed(&self, path: &str, host: &Host) -> Result<(), UnitError> {
+        let (Some(engine), Some(report), false) = (&self.engine, self.own.report, path.is_empty()) else {
+            return Ok(());
+        };
+        let specification = self.own.specification.clone();
+        let own = state::to_bytes(&engine.own())?;
+        let (engine, state) = (E::NAME.to_string(), engine.state().clone());
+        bed_file::write(path, &BedFile { specification, report, engine, own, state })?;
+        host.log(LogCategory::Info, &format!("bed written to {path}"));
         Ok(())
     }
 
@@ -368,6 +376,10 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
             }
         }
         Ok(())
+    }
+
+    fn terminate(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
+        self.write_bed(v.string(self.vars.bed_save_end), host)
     }
 
     fn save(&mut self) -> Result<Vec<u8>, UnitError> {

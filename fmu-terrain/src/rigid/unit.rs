@@ -112,8 +112,12 @@ impl Unit for RigidUnit {
         if let Some(g) = &ground {
             host.log(LogCategory::Info, &g.describe());
         }
-        if !v.string(self.vars.bed_load).is_empty() || !v.string(self.vars.bed_save).is_empty() {
-            host.log(LogCategory::Warning, "bed_load and bed_save have no effect: rigid ground has no bed");
+        let beds = [self.vars.bed_load, self.vars.bed_save, self.vars.bed_save_end];
+        if beds.into_iter().any(|p| !v.string(p).is_empty()) {
+            host.log(
+                LogCategory::Warning,
+                "bed_load, bed_save and bed_save_end have no effect: rigid ground has no bed",
+            );
         }
         self.own = Own { ground, spec, surface: given.value.bodies.surface.friction, ..Own::default() };
         // Before bodies are read there are none.

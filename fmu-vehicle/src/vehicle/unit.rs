@@ -219,6 +219,21 @@ impl Run {
     }
 }
 
+/// A vehicle on its side or roof ends the run: what its tires and driver do there means nothing.
+fn rolled_over(vehicle: &Vehicle, time: f64) -> Result<(), UnitError> {
+    let state = vehicle.chassis_state().state;
+    let up = (rotation::matrix(&state.orientation).column(2)[2]).clamp(-1.0, 1.0);
+    if up > 0.0 {
+        return Ok(());
+    }
+    let [x, y, _] = state.position.into();
+    let reason = format!(
+        "the vehicle has rolled over: its chassis leans {:.0} degrees from upright at x = {x:.2} m, y = {y:.2} m",
+        up.acos().to_degrees()
+    );
+    Err(UnitError::Ended { last_successful_time: time, reason })
+}
+
 impl Unit for VehicleUnit {
     fn enter_initialization(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
         let default = super::default_specification(self.vars.wheels.len());
@@ -290,6 +305,7 @@ impl Unit for VehicleUnit {
         let (Some(run), Some(spec)) = (self.run.as_mut(), self.spec.as_ref()) else {
             return Err(UnitError::input("the vehicle has not been initialised"));
         };
+        rolled_over(&run.vehicle, step.time)?;
         let mut vertical = 0.0;
         for (w, wrench) in self.vars.wheels.iter().zip(&mut run.vehicle.wrenches) {
             *wrench = WheelWrench { force: v.get(w.wrench.force).into(), moment: v.get(w.wrench.moment).into() };

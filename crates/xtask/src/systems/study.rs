@@ -32,6 +32,8 @@ pub struct Study {
     pub time: [f64; 2],
     /// Time between rows of the results (s).
     pub every: f64,
+    /// Time between values that cost a sum over everything (s).
+    pub seldom: f64,
     /// Time between frames for pictures (s); 0: none.
     pub frames: f64,
     /// Whether the terrain has obstacles that are to be drawn.
@@ -177,12 +179,12 @@ impl Study {
                 w.recorded.extend(XYZ.map(|a| (terrain, format!("body[{i}].force.{a}"), None)));
                 // Energies are sums over everything: seldom.
                 let energies = ["strain_energy", "kinetic_energy", "dissipated_energy", "pressure_work"];
-                w.recorded.extend(energies.map(|n| (i, n.to_string(), Some(SELDOM))));
+                w.recorded.extend(energies.map(|n| (i, n.to_string(), Some(self.seldom))));
             }
         }
         if self.touch == Touch::Mesh {
             let names = ["kinetic_energy", "dissipated_energy", "contact_count", "height"];
-            w.recorded.extend(names.map(|n| (terrain, n.to_string(), Some(SELDOM))));
+            w.recorded.extend(names.map(|n| (terrain, n.to_string(), Some(self.seldom))));
         }
         w
     }
@@ -295,9 +297,6 @@ impl Study {
         Ok(())
     }
 }
-
-/// Period of values that cost a sum over everything (s).
-const SELDOM: f64 = 0.1;
 
 /// Wheel forces and velocities as power bonds: their energy residual is the coupling's.
 fn bonds(o: &mut String) -> Result<()> {
