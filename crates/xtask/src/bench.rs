@@ -6,6 +6,7 @@ mod dem;
 mod master;
 mod tire;
 mod vehicle;
+mod vehicle_on_soil;
 
 use anyhow::{Context, Result, bail};
 use serde_json::json;
@@ -30,6 +31,7 @@ const BENCHES: &[Bench] = &[
     ("dem", "granular engine beside LAMMPS, 20k and 100k grains, 1 and 2 threads", dem::dem),
     ("tire", "flexible tire, rolling in contact, 1 and 2 threads, split into its parts", tire::tire),
     ("vehicle", "HMMWV at 1e-3 s on one core", vehicle::vehicle),
+    ("vehicle-on-soil", "the obstacle study as published, 923,000 grains, per unit", vehicle_on_soil::vehicle_on_soil),
     ("master", "cost of coupling beside a bare loop of the same calls, FMPy and libcosim", master::master),
 ];
 

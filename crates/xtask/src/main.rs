@@ -1,10 +1,11 @@
-//! Everything a newcomer or CI runs: `cargo xtask demo|test|pack|systems|soil|validate|bench`.
+//! Everything a newcomer or CI runs: `cargo xtask demo|test|pack|systems|soil|study|validate|bench`.
 
 mod bench;
 mod demo;
 mod pack;
 mod process;
 mod soil;
+mod study;
 mod systems;
 mod test;
 mod validate;
@@ -46,6 +47,11 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },
+    /// Run the studies of vehicles and tires on soil in small size; writes tables and plots into docs/studies.
+    Study {
+        /// Study to run (default: all): straight-line, obstacle, turn, multi-pass.
+        name: Option<String>,
+    },
     /// Measure; prints a table.
     Bench {
         /// Benchmark to run.
@@ -63,6 +69,7 @@ fn main() -> ExitCode {
         Task::Pack => pack::pack().map(|_| ()),
         Task::Systems => systems::systems(),
         Task::Validate { name } => validate::validate(name.as_deref()),
+        Task::Study { name } => study::study(name.as_deref()),
         Task::Soil { args } => soil::soil(&args),
         Task::Bench { name, json } => bench::bench(&name, json.as_deref()),
     };

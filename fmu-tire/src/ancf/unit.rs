@@ -173,6 +173,8 @@ impl Unit for FlexibleTireUnit {
         let tire = self.tire()?;
         if vr == vars.mesh_strain.vr() {
             *v.reals_mut(vars.mesh_strain) = tire.strains().concat();
+        } else if vr == vars.mesh_vertex_strain.vr() {
+            *v.reals_mut(vars.mesh_vertex_strain) = tire.vertex_strains().concat();
         } else if vars.contact.iter().any(|x| x.vr() == vr) {
             let plane = tire.plane_forces();
             let area = touching + plane.iter().map(|f| tire.mesh.surface.areas[f.0 as usize]).sum::<f64>();

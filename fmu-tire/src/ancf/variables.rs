@@ -30,6 +30,8 @@ pub struct Variables {
     pub mesh_triangle: IntegerArrayVar,
     /// Out: strains per element, circumferential, radial, shear.
     pub mesh_strain: RealArrayVar,
+    /// Out: the same per vertex.
+    pub mesh_vertex_strain: RealArrayVar,
     /// Out: compliance per vertex (m/N).
     pub mesh_compliance: RealArrayVar,
     /// Mass handed to the hub (kg).
@@ -78,6 +80,12 @@ pub fn declare() -> (Table, Variables) {
         "Strain of the mid-surface in the middle of each element: circumferential, radial (across), shear",
     );
     t.on_demand(mesh_strain);
+    let mesh_vertex_strain = t.output_real_array(
+        "mesh.vertex_strain",
+        "1",
+        "The same at each vertex, mean over the elements around it: for pictures",
+    );
+    t.on_demand(mesh_vertex_strain);
     let mesh_compliance = t.output_real_array(
         "mesh.compliance",
         "m/N",
@@ -150,6 +158,7 @@ pub fn declare() -> (Table, Variables) {
         mesh_velocity,
         mesh_triangle,
         mesh_strain,
+        mesh_vertex_strain,
         mesh_compliance,
         hub_mass,
         hub_inertia,

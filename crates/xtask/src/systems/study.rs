@@ -285,6 +285,7 @@ impl Study {
                 o,
                 r#"            <tm:Dataset name="tire{i}" element="tire{i}" position="mesh.position" triangle="mesh.triangle" every="{every}">
               <tm:Field name="force" element="terrain" array="body[{i}].contact.force" index="body[{i}].contact.index"/>
+              <tm:Field name="strain" array="mesh.vertex_strain"/>
             </tm:Dataset>"#
             )?;
         }

@@ -106,6 +106,25 @@ impl Tire {
             .collect()
     }
 
+    /// The same at each vertex of the surface: mean over the elements around its node.
+    pub fn vertex_strains(&self) -> Vec<[f64; 3]> {
+        let mut sums = vec![([0.0; 3], 0.0); self.mesh.mesh.node_count()];
+        for (shell, strain) in self.mesh.mesh.shells().iter().zip(self.strains()) {
+            for &n in &shell.nodes {
+                let (sum, count) = &mut sums[n as usize];
+                (0..3).for_each(|k| sum[k] += strain[k]);
+                *count += 1.0;
+            }
+        }
+        let surface = &self.mesh.surface;
+        (0..surface.len())
+            .map(|k| {
+                let (sum, count) = sums[surface.vertex(k).node as usize];
+                sum.map(|x| x / f64::max(count, 1.0))
+            })
+            .collect()
+    }
+
     /// Strain energy, J.
     pub fn strain_energy(&self) -> f64 {
         self.mesh.mesh.energy(0.0, &self.state.shell.q, &self.state.shell.v).0
