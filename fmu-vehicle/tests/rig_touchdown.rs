@@ -124,7 +124,8 @@ fn a_tire_that_sends_the_hub_s_inertia_back_is_met_without_chatter() {
             [0.0, 0.0, 3.3e5 * c.depth.max(0.0) + 11.6 * acceleration]
         };
         let (mut last, mut jump) = (0.0, 0.0f64);
-        while rig.time < 1.0 {
+        // The slide's damper lets the load come slowly where it lowers slowly.
+        while rig.time < 0.06 / speed + 0.5 {
             let next = rig.time + size;
             rig.run(&mut soil, size, next);
             let speed = rig.get("wheel[1].velocity.z");
