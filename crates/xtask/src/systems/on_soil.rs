@@ -40,7 +40,7 @@ const SMALL: Study = Study {
     file: "",
     description: "",
     vehicle: ["vehicle", "vehicle.json"],
-    tire: ["tire_ancf", "../tires/hmmwv-lumped-30x12.json"],
+    tire: ["tire_ancf", "../tires/tire-ancf-lumped-30x12.json"],
     touch: Touch::Mesh,
     terrain: ["terrain_dem_p", "terrain.json"],
     time: [2e-4, 2.5],
@@ -54,7 +54,7 @@ const SMALL: Study = Study {
 /// As published: the layered tire, fine soil, small steps.
 const PAPER: Study = Study {
     vehicle: ["vehicle", "vehicle-paper.json"],
-    tire: ["tire_ancf", "../tires/hmmwv-layered-90x24.json"],
+    tire: ["tire_ancf", "../tires/tire-ancf-layered-90x24.json"],
     terrain: ["terrain_dem_p", "terrain-paper.json"],
     time: [4e-5, 6.0],
     frames: 0.1,
