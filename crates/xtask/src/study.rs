@@ -15,7 +15,7 @@ use terramech_results::{CsvTable, Manifest, read_summary};
 /// The vehicle studies.
 const VEHICLE: [&str; 3] = ["straight-line", "obstacle", "turn"];
 /// Cohesions of the multi-pass study (Pa).
-const COHESION: [f64; 3] = [2e4, 5e4, 1e5];
+const COHESION: [f64; 2] = [2e4, 5e4];
 const PASSES: usize = 3;
 
 /// Runs one study, or all.
