@@ -8,7 +8,7 @@ pub mod engine;
 
 pub use engine::{ConeEngine, ConeSetup, ConeState, StepReport};
 
-use crate::config::Terrain;
+use crate::config::{Bed, Fill, Terrain};
 use crate::dem_p::GranularUnit;
 use crate::variables;
 use terramech_fmi2::Model;
@@ -26,9 +26,11 @@ pub fn model() -> Model {
     model
 }
 
-/// The specification that a fresh FMU carries: that of `terrain_dem_p`, which says its inner step and solver too.
+/// The specification that a fresh FMU carries: that of `terrain_dem_p` with inner step and solver, in a smaller box, since a step of this model costs
+/// a hundred iterations and a default has to initialise in seconds.
 pub fn default_specification() -> String {
-    let spec = Terrain { dem_c: Some(crate::config::DemC::default()), ..Terrain::default() };
+    let bed = Bed { length: 0.2, width: 0.12, fill: Fill::Depth(0.03), ..Bed::default() };
+    let spec = Terrain { bed, dem_c: Some(crate::config::DemC::default()), ..Terrain::default() };
     serde_json::to_string_pretty(&spec).expect("plain data serialises")
 }
 
