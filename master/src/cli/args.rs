@@ -37,7 +37,8 @@ pub enum Command {
 #[derive(Debug, clap::Args)]
 pub struct System {
     /// System description: a .ssd file, a .ssp archive, or the folder of an unpacked one (for `check` also an FMU)
-    #[arg(required_unless_present = "resume")]
+    // `run --resume` conflicts with it, and clap does not ask for what a given argument excludes.
+    #[arg(required = true)]
     pub system: Option<PathBuf>,
     /// Stop time in s instead of the description's
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -151,4 +152,30 @@ pub struct Inspect {
     /// As a Mermaid graph
     #[arg(long, conflicts_with = "json")]
     pub mermaid: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    /// In optimised builds clap does not look at what refers to what.
+    #[test]
+    fn every_command_is_consistent() {
+        for command in Args::command().get_subcommands() {
+            let ids: Vec<_> = command.get_arguments().map(|a| a.get_id().to_string()).collect();
+            for argument in command.get_arguments() {
+                for other in command.get_arg_conflicts_with(argument) {
+                    assert!(ids.contains(&other.get_id().to_string()), "{} of {}", other.get_id(), command.get_name());
+                }
+            }
+        }
+        let parse = |words: &[&str]| Args::try_parse_from(std::iter::once("terramech").chain(words.iter().copied()));
+        assert!(parse(&["run", "--resume", "out"]).is_ok());
+        assert!(parse(&["run", "--out", "out"]).is_err());
+        for command in ["check", "pack", "inspect"] {
+            assert!(parse(&[command]).is_err(), "{command}");
+        }
+        assert!(parse(&["check", "a.ssd"]).is_ok());
+    }
 }

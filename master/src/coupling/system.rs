@@ -1,4 +1,6 @@
-//! The coupled units and the parts of a communication step.
+//! The coupled units and the parts of a communication step; what the units do in it: `stepping.rs`.
+
+mod stepping;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -12,9 +14,6 @@ use crate::check::plan::Plan;
 use crate::decimal::{Clock, Ticker};
 use crate::description::algorithm::Scheme;
 use crate::loading::{CallError, Class, Instance, NotFinite, Outputs, Sets, Stepped};
-
-/// Work below this (s) is not worth waking a thread for: handing a unit over and back costs some 10 microseconds.
-const WORTH_A_THREAD: f64 = 30e-6;
 
 /// Wall time of a run so far, by purpose.
 #[derive(Clone, Copy, Debug, Default)]
@@ -457,126 +456,6 @@ impl System {
     /// The energy residual of each power bond so far.
     pub fn energies(&self) -> impl Iterator<Item = (&str, Energy)> {
         self.bonds.energies()
-    }
-
-    /// Lets all units that communicate now do their step, side by side where that pays.
-    ///
-    /// # Errors
-    /// The failure of the first unit, in the order of the plan; all have come back then.
-    pub fn step(&mut self, tick: u64) -> Result<(), Failure> {
-        if self.pool.helpers() == 0 && self.uniform {
-            return self.step_in_place(tick);
-        }
-        let mut due = std::mem::take(&mut self.due);
-        due.clear();
-        let takes_part = |u: &usize| self.is_due(*u, tick) && self.fits(*u, tick) && self.members[*u].is_some();
-        due.extend((0..self.members.len()).filter(takes_part));
-        if self.pool.helpers() > 0 && due.len() > 1 {
-            if tick.is_multiple_of(SAMPLE) || tick < SAMPLE || !self.uniform {
-                self.split = self.heaviest(&due);
-            }
-            if let Some(heaviest) = self.split {
-                for &unit in due.iter().filter(|&&u| u != heaviest) {
-                    if let Some(member) = self.members[unit].take() {
-                        let (time, size) = self.span(unit, tick);
-                        self.pool.hand_over(unit, member, Task::Step(time, size));
-                    }
-                }
-                due.retain(|&u| u == heaviest);
-            }
-        }
-        let mut first: Option<(usize, CallError)> = None;
-        let mut take = |unit: usize, answer: Result<Answer, CallError>, ended: &mut Option<(usize, f64)>| match answer {
-            Ok(Answer::Stepped(Stepped::Ended(time))) if ended.is_none_or(|(other, _)| unit < other) => {
-                *ended = Some((unit, time));
-            }
-            Err(error) if first.as_ref().is_none_or(|(other, _)| unit < *other) => first = Some((unit, error)),
-            _ => {}
-        };
-        for &unit in &due {
-            let (time, size) = self.span(unit, tick);
-            if let Some(member) = self.members[unit].as_deref_mut() {
-                take(unit, member.work(Task::Step(time, size)), &mut self.ended);
-            }
-        }
-        self.due = due;
-        let mut finished = std::mem::take(&mut self.finished);
-        while self.members.iter().any(Option::is_none) {
-            if let Some((unit, mut member, task)) = self.pool.take_back() {
-                take(unit, member.work(task), &mut self.ended);
-                self.members[unit] = Some(member);
-                continue;
-            }
-            self.pool.wait(&mut finished);
-            for (unit, member, answer) in finished.drain(..) {
-                take(unit, answer, &mut self.ended);
-                self.members[unit] = Some(member);
-            }
-        }
-        self.finished = finished;
-        match first {
-            Some((_, error)) => Err(Failure::unit(error, Moment::At(self.plan.clock.time(tick)), "")),
-            None => Ok(()),
-        }
-    }
-
-    /// All units' steps on the caller's thread.
-    fn step_in_place(&mut self, tick: u64) -> Result<(), Failure> {
-        let time = self.time(tick);
-        for (unit, (member, size)) in self.members.iter_mut().zip(&self.sizes).enumerate() {
-            let Some(member) = member.as_deref_mut() else { continue };
-            match member.step(time, *size) {
-                Ok(Stepped::Ended(time)) => {
-                    self.ended.get_or_insert((unit, time));
-                }
-                Ok(Stepped::Done) => {}
-                Err(error) => return Err(Failure::unit(error, Moment::At(time), "")),
-            }
-        }
-        Ok(())
-    }
-
-    /// The heaviest of these units, if it pays to hand the others over. The caller takes it: its step then pays for no wake-up and no
-    /// cold cache.
-    fn heaviest(&self, due: &[usize]) -> Option<usize> {
-        let cost = |unit: usize| match self.effort(unit) {
-            (0, _) => f64::INFINITY,
-            (calls, seconds) => seconds / calls as f64,
-        };
-        let heaviest = due.iter().copied().max_by(|&a, &b| cost(a).total_cmp(&cost(b)))?;
-        let others: f64 = due.iter().filter(|&&u| u != heaviest).map(|&u| cost(u)).sum();
-        (others > WORTH_A_THREAD).then_some(heaviest)
-    }
-
-    /// Start and length (s) of a unit's step at a base step.
-    fn span(&self, unit: usize, tick: u64) -> (f64, f64) {
-        (self.time(tick), self.sizes[unit])
-    }
-
-    /// Carries out one task per unit side by side and gives the answers in the order of the tasks.
-    pub(super) fn side_by_side(&mut self, tasks: Vec<(usize, Task)>) -> Vec<(usize, Result<Answer, CallError>)> {
-        let order: Vec<usize> = tasks.iter().map(|(unit, _)| *unit).collect();
-        for (unit, task) in tasks {
-            if let Some(member) = self.members[unit].take() {
-                self.pool.hand_over(unit, member, task);
-            }
-        }
-        let mut answers: Vec<(usize, Result<Answer, CallError>)> = Vec::with_capacity(order.len());
-        let mut finished = Vec::new();
-        while self.members.iter().any(Option::is_none) {
-            if let Some((unit, mut member, task)) = self.pool.take_back() {
-                let answer = member.work(task);
-                finished.push((unit, member, answer));
-            } else {
-                self.pool.wait(&mut finished);
-            }
-            for (unit, member, answer) in finished.drain(..) {
-                self.members[unit] = Some(member);
-                answers.push((unit, answer));
-            }
-        }
-        answers.sort_by_key(|(unit, _)| order.iter().position(|u| u == unit));
-        answers
     }
 
     /// `fmi2Terminate` for all units that still run. Gives what went wrong; nothing hangs on it any more.

@@ -70,33 +70,32 @@ pub fn driving(csv: &CsvTable) -> Vec<Section> {
         .collect()
 }
 
-/// Terrain resistance and net force: a wheel's axle torque over its height above the patch is what drives it, the force of the ground on the tire is what
-/// is left of it (net force), the difference is what the ground took (terrain resistance). Sums over the wheels of each axle.
+/// Terrain resistance and net force, sums over the wheels of each axle. What drives a wheel is its axle torque over the height of its centre above the
+/// ground at the start; the force of the ground along x is what is left of it (net force), the difference what the ground took (terrain resistance).
 fn resistance(csv: &CsvTable, vehicle: &str) -> Option<Plot> {
+    // The ground's height is the one output of that name, whatever its component is called.
+    let mut heights = csv.columns.iter().filter(|c| c.name.split_once('.').is_some_and(|(_, n)| n == "height"));
+    let ground = csv.numbers(&heights.next()?.name)?.first().copied()?;
     let axes = (Axis::new("time", "s"), Axis::new("force", "N"));
     let mut plot = Plot::new("Terrain resistance and net force by axle", axes.0, axes.1);
-    for axle in 0..8 {
-        let mut sums: [Vec<f64>; 2] = [vec![0.0; csv.time.len()], vec![0.0; csv.time.len()]];
+    for axle in 0.. {
+        let (mut net, mut lost) = (vec![0.0; csv.time.len()], vec![0.0; csv.time.len()]);
         for i in [2 * axle + 1, 2 * axle + 2] {
             let wheel = |name: &str| csv.numbers(&format!("{vehicle}.wheel[{i}].{name}"));
-            let Some((net, torque, z)) =
-                wheel("force.x").zip(wheel("axle_torque")).zip(wheel("position.z")).map(|((a, b), c)| (a, b, c))
+            let (Some(force), Some(torque), Some(z)) = (wheel("force.x"), wheel("axle_torque"), wheel("position.z"))
             else {
                 return (axle > 0).then_some(plot);
             };
-            // The arm: height of the axle over the ground at the start.
-            let arm = z.first().copied().filter(|z| *z > 0.0)?
-                - csv.numbers("terrain.height").and_then(|h| h.first().copied()).unwrap_or(0.0);
-            for (k, (f, m)) in net.iter().zip(torque).enumerate() {
-                sums[0][k] += f;
-                sums[1][k] += m / arm - f;
+            let arm = z.first().map(|z| z - ground).filter(|arm| *arm > 0.0)?;
+            for (k, (f, m)) in force.iter().zip(torque).enumerate() {
+                net[k] += f;
+                lost[k] += m / arm - f;
             }
         }
-        let [net, lost] = sums;
         plot = plot.with(format!("net, axle {}", axle + 1), &csv.time, &net, Style::Line);
         plot = plot.with(format!("resistance, axle {}", axle + 1), &csv.time, &lost, Style::Line);
     }
-    Some(plot)
+    None
 }
 
 /// A curve for each wheel that has one of the columns, the first found.
@@ -128,6 +127,14 @@ mod tests {
             .filter_map(|i| if let Item::Plot(p) = i { Some(p.title.as_str()) } else { None })
             .collect();
         assert_eq!(titles, ["Path", "Speed", "Speed against position", "Wheel loads"]);
+        // 300 N m on wheels 0.5 m above the ground, of which 200 N of 600 N are lost.
+        let text = "time [s],soil.height [m],car.chassis.position.x [m],car.wheel[1].force.x [N],car.wheel[1].axle_torque [N.m],\
+                    car.wheel[1].position.z [m],car.wheel[2].force.x [N],car.wheel[2].axle_torque [N.m],car.wheel[2].position.z [m]\n\
+                    0,0.1,0,400,300,0.6,400,300,0.6\n";
+        let plot = resistance(&CsvTable::parse(text, Path::new("results.csv")).unwrap(), "car").unwrap();
+        let curves: Vec<(&str, f64)> = plot.series.iter().map(|s| (s.label.as_str(), s.y[0])).collect();
+        assert_eq!(curves, [("net, axle 1", 800.0), ("resistance, axle 1", 400.0)]);
+        assert!(resistance(&csv, "car").is_none(), "without the height of the ground there is no arm");
         let none = CsvTable::parse("time [s],rig.slip [1]\n0,0\n", Path::new("results.csv")).unwrap();
         assert!(driving(&none).is_empty());
     }

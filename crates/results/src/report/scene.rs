@@ -18,12 +18,11 @@ pub struct SceneMesh {
     pub values: Vec<f64>,
 }
 
-/// Grains and meshes seen from the side of the first corner of a box: from -y, a little behind, and above.
+/// Grains and meshes, seen from the right front (+x, -y) and above.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scene {
     grains: Vec<[f64; 4]>,
     meshes: Vec<SceneMesh>,
-    lines: Vec<[[f64; 3]; 2]>,
 }
 
 /// Pixels of the picture.
@@ -35,8 +34,7 @@ const ELEVATION: f64 = 28.0 * PI / 180.0;
 /// Room around what is to be seen, over its size (1).
 const MARGIN: f64 = 0.06;
 const BACKGROUND: [u8; 3] = [0xfb, 0xfa, 0xf7];
-const LINE: [u8; 3] = [0x30, 0x3a, 0x46];
-/// Low, middle and high values on a mesh: blue, pale, red; told apart by colour-blind eyes too.
+/// Low, middle and high values on a mesh: blue, pale, red; colour-blind eyes tell them apart too.
 const STRAIN: [[f64; 3]; 5] =
     [[33.0, 72.0, 145.0], [110.0, 160.0, 205.0], [226.0, 222.0, 214.0], [222.0, 140.0, 96.0], [165.0, 30.0, 45.0]];
 /// Deep to high soil.
@@ -140,13 +138,6 @@ impl Scene {
         Ok(self)
     }
 
-    /// Adds a line in space, drawn over nothing that is nearer (m).
-    #[must_use]
-    pub fn line(mut self, from: [f64; 3], to: [f64; 3]) -> Self {
-        self.lines.push([from, to]);
-        self
-    }
-
     /// Whether a mesh has values.
     pub fn coloured(&self) -> bool {
         self.meshes.iter().any(|m| !m.values.is_empty())
@@ -178,7 +169,6 @@ impl Scene {
         self.draw_grains(&view, &mut canvas);
         let range = self.range();
         self.meshes.iter().for_each(|m| draw_mesh(m, range, &view, &mut canvas));
-        self.lines.iter().for_each(|l| draw_line(*l, &view, &mut canvas));
         png::encode_rgb(view.size[0] as u32, view.size[1] as u32, canvas.pixels.as_flattened())
             .map_err(Error::io("draw", Path::new("scene")))
     }
@@ -194,7 +184,6 @@ impl Scene {
         for p in self.meshes.iter().flat_map(|m| m.points.chunks_exact(3)) {
             take([p[0], p[1], p[2]], 0.0);
         }
-        self.lines.iter().flatten().for_each(|p| take(*p, 0.0));
         if self.meshes.is_empty() {
             self.grains.iter().for_each(|g| take([g[0], g[1], g[2]], g[3]));
         }
@@ -272,21 +261,6 @@ fn draw_mesh(mesh: &SceneMesh, [low, high]: [f64; 2], view: &View, canvas: &mut 
                 let t = wa * values[0] + wb * values[1] + wc * values[2];
                 let c3 = if t.is_finite() { colour(&STRAIN, t) } else { [150.0, 152.0, 156.0] };
                 canvas.put(px, py, wa * a[2] + wb * b[2] + wc * c[2], c3, shade);
-            }
-        }
-    }
-}
-
-fn draw_line([from, to]: [[f64; 3]; 2], view: &View, canvas: &mut Canvas) {
-    let (a, b) = (view.at(from), view.at(to));
-    let steps = ((b[0] - a[0]).abs().max((b[1] - a[1]).abs()).ceil() as usize).clamp(1, 10_000);
-    for i in 0..=steps {
-        let f = i as f64 / steps as f64;
-        let p: [f64; 3] = std::array::from_fn(|k| a[k] * (1.0 - f) + b[k] * f);
-        for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
-            let (x, y) = (p[0] + dx, p[1] + dy);
-            if x >= 0.0 && y >= 0.0 && (x as usize) < canvas.size[0] && (y as usize) < canvas.size[1] {
-                canvas.put(x as usize, y as usize, p[2], LINE.map(f64::from), 1.0);
             }
         }
     }

@@ -28,7 +28,9 @@ pub fn vehicle_on_soil() -> Result<Vec<Row>> {
     crate::pack::pack()?;
     let folder = target().join("bench");
     std::fs::create_dir_all(&folder)?;
-    let bed = folder.join("obstacle.bed");
+    // Named by what it is made from: another specification makes another bed.
+    let specification = std::fs::read(root().join("examples/obstacle/terrain-paper.json"))?;
+    let bed = folder.join(format!("obstacle-{}.bed", &terramech_results::sha256(&specification)[..12]));
     if !bed.is_file() {
         go(&folder.join("bed"), 1, &format!("terrain.bed_save={}", bed.display()))?;
     }
