@@ -4,6 +4,8 @@
 mod archive;
 #[path = "../../fuzz/src/checkpoint.rs"]
 mod checkpoint;
+#[path = "../../fuzz/src/import.rs"]
+mod import;
 #[path = "../../fuzz/src/model_description.rs"]
 mod model_description;
 #[path = "../../fuzz/src/system.rs"]
@@ -43,4 +45,13 @@ fn archives() {
 #[test]
 fn checkpoints() {
     every("checkpoint", checkpoint::read);
+}
+
+#[test]
+fn systems_of_osp() {
+    every("import", |bytes| {
+        import::read(bytes);
+    });
+    let whole = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus/import/groups")).unwrap();
+    assert!(import::read(&whole), "the corpus starts from a system that is taken over");
 }
