@@ -9,8 +9,8 @@ use crate::description::algorithm::Scheme;
 pub enum Advance {
     /// All units that were due have reached their next communication point; this is the next base step.
     To(u64),
-    /// A unit ended the run by itself; see [`System::ended`].
-    Ended,
+    /// A unit ended the run by itself; see [`System::ended`]. Where it and all others have reached this base step, their outputs there can be read.
+    Ended(Option<u64>),
 }
 
 /// A coupling algorithm.
@@ -56,6 +56,6 @@ impl Algorithm for Jacobi {
             system.carry(tick)?;
             system.step(tick)?;
         }
-        Ok(if system.ended().is_some() { Advance::Ended } else { Advance::To(tick + 1) })
+        Ok(system.advanced(tick))
     }
 }

@@ -86,7 +86,7 @@ impl Algorithm for Ecco {
         system.set_stride(step);
         system.carry(tick)?;
         system.step(tick)?;
-        Ok(if system.ended().is_some() { Advance::Ended } else { Advance::To(tick + step) })
+        Ok(system.advanced(tick))
     }
 
     fn save(&self) -> Vec<f64> {

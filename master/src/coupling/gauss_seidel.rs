@@ -26,7 +26,7 @@ impl Algorithm for GaussSeidel {
             system.begin_bonds(unit, tick)?;
             system.step_one(unit, tick)?;
             if system.ended().is_some() {
-                return Ok(Advance::Ended);
+                return Ok(Advance::Ended(None));
             }
         }
         Ok(Advance::To(tick + 1))

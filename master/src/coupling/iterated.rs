@@ -57,7 +57,7 @@ impl Algorithm for Iterated {
             system.begin_bonds_with(&guess, tick)?;
             system.step(tick)?;
             if system.ended().is_some() {
-                return Ok(Advance::Ended);
+                return Ok(Advance::Ended(None));
             }
             system.read_ends(tick)?;
             let end = system.input_values();

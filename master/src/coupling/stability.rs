@@ -160,7 +160,7 @@ fn run(system: &mut System, steps: u64, push: Option<f64>) -> Result<Option<Vec<
             system.read(tick)?;
             match algorithm.advance(system, tick)? {
                 Advance::To(next) => tick = next,
-                Advance::Ended => break,
+                Advance::Ended(_) => break,
             }
             let inputs = system.input_values();
             if inputs.iter().any(|x| !x.is_finite() || x.abs() > 1e100) {

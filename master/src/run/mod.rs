@@ -267,8 +267,15 @@ impl State {
             }
             match algorithm.advance(system, tick) {
                 Ok(Advance::To(next)) => tick = next,
-                Ok(Advance::Ended) => {
+                Ok(Advance::Ended(last)) => {
                     let (unit, time) = system.ended().unwrap_or((0, time));
+                    // A unit that gives up need not have outputs any more.
+                    if let Some(last) = last
+                        && system.read(last).is_ok()
+                    {
+                        recorder.observe(system, last)?;
+                        self.reached = Some(time);
+                    }
                     break End::EndedBy { unit: plan.components[unit].name.clone(), time };
                 }
                 Err(failure) => {

@@ -2,7 +2,7 @@
 
 use super::{SAMPLE, System};
 use crate::coupling::pool::{Answer, Task};
-use crate::coupling::{Failure, Moment};
+use crate::coupling::{Advance, Failure, Moment};
 use crate::loading::{CallError, Stepped};
 
 /// Work below this (s) is not worth waking a thread for: handing a unit over and back costs some 10 microseconds.
@@ -68,6 +68,15 @@ impl System {
             Some((_, error)) => Err(Failure::unit(error, Moment::At(self.plan.clock.time(tick)), "")),
             None => Ok(()),
         }
+    }
+
+    /// Where the step from `tick` has led when all units were stepped side by side. A unit that ended the run at the end of its step leaves all of them there.
+    pub(in crate::coupling) fn advanced(&self, tick: u64) -> Advance {
+        let next = tick + self.stride;
+        let Some((_, reached)) = self.ended else { return Advance::To(next) };
+        let clock = self.plan.clock;
+        let together = (reached - clock.time(next)).abs() <= 1e-9 * clock.length(self.stride) && self.all_due(next);
+        Advance::Ended(together.then_some(next))
     }
 
     /// All units' steps on the caller's thread.
