@@ -24,6 +24,7 @@
 pub mod contact;
 mod denormal;
 mod dispatch;
+mod finite;
 mod isa;
 mod lanes;
 mod large_pages;
@@ -33,6 +34,7 @@ mod wavefront;
 
 pub use denormal::FlushDenormals;
 pub use dispatch::{Kernel, active, dispatch};
+pub use finite::all_finite;
 pub use isa::{Isa, VARIABLE as ISA_VARIABLE};
 pub use lanes::{Lanes, WIDTH};
 pub use large_pages::prefer_large_pages;

@@ -170,6 +170,12 @@ impl Bonds {
         }
     }
 
+    /// Whether a step has begun that [`Bonds::end`] is to add up.
+    #[inline]
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
     /// All outputs at the end of a step of this length (s) have been read: adds the step up.
     pub fn end(&mut self, links: &Links, length: f64) {
         if !std::mem::take(&mut self.open) {

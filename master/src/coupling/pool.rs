@@ -27,7 +27,7 @@ pub struct Member {
 /// Steps below this (s) are short: looking at the clock would cost a good part of them.
 const SHORT: f64 = 5e-6;
 /// Of short steps one in so many is timed.
-const SAMPLE: u64 = 64;
+const SAMPLE: u64 = 256;
 
 /// What a worker does with a unit.
 #[derive(Debug)]

@@ -62,7 +62,7 @@ pub struct System {
 }
 
 /// Of short exchanges one in so many is timed; as often the sharing of units is looked at again.
-const SAMPLE: u64 = 64;
+const SAMPLE: u64 = 256;
 /// An exchange below this (s) is short.
 const SHORT: f64 = 5e-6;
 
@@ -244,7 +244,9 @@ impl System {
             }
         }
         self.note_all(tick);
-        self.bonds.end(&self.links, self.plan.clock.length(self.stride));
+        if self.bonds.is_open() {
+            self.bonds.end(&self.links, self.plan.clock.length(self.stride));
+        }
         if let Some(begin) = timed {
             self.clockwork.coupling += self.took(begin);
         }

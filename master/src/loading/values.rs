@@ -54,7 +54,7 @@ impl Batch<f64> {
     pub fn is_finite(&self) -> bool {
         match self.values.as_slice() {
             [x] => x.is_finite(),
-            values => values.iter().fold(0, |bad, x| bad | (x * 0.0).to_bits()) << 1 == 0,
+            values => terramech_simd::all_finite(values),
         }
     }
 }
@@ -170,9 +170,7 @@ impl Outputs {
     /// The first value that is not finite: the variable or array element, and the value.
     #[inline]
     pub fn not_finite(&self) -> Option<(NotFinite, f64)> {
-        // A finite number times zero is zero but for its sign; anything else is not a number. Two instructions for two numbers on any machine, and nothing that
-        // waits for what was before.
-        let suspicious = |values: &[f64]| values.iter().fold(0, |bad, x| bad | (x * 0.0).to_bits()) << 1 != 0;
+        let suspicious = |values: &[f64]| !terramech_simd::all_finite(values);
         let find = |values: &[f64]| values.iter().position(|x| !x.is_finite());
         if suspicious(&self.reals.values)
             && let Some(i) = find(&self.reals.values)
