@@ -68,6 +68,8 @@ pub trait SoilEngine: GrainEngine + Sized {
     fn change_step(&mut self, step: f64) -> Result<(), DemError>;
     /// Energy turned into heat since the bed was made (J).
     fn heat(&self, bodies: &[Body]) -> f64;
+    /// Work of the bodies on the grains since the bed was made (J).
+    fn body_work(&self) -> f64;
     /// What the solver did, if there is one.
     fn solver(&self) -> Option<SolverReport>;
 }
@@ -106,9 +108,18 @@ impl SoilEngine for CpuEngine {
         self.dissipated(bodies)
     }
 
+    fn body_work(&self) -> f64 {
+        body_work(self.state())
+    }
+
     fn solver(&self) -> Option<SolverReport> {
         None
     }
+}
+
+/// Work of the bodies since the account of energy was opened (J).
+fn body_work(state: &DemState) -> f64 {
+    state.energy_account.map_or(0.0, |[_, before]| state.body_work - before)
 }
 
 /// The setup of the complementarity engine.
@@ -175,6 +186,10 @@ impl SoilEngine for ConeEngine {
 
     fn heat(&self, _: &[Body]) -> f64 {
         self.dissipated()
+    }
+
+    fn body_work(&self) -> f64 {
+        body_work(self.state())
     }
 
     fn solver(&self) -> Option<SolverReport> {

@@ -112,6 +112,8 @@ pub struct Variables {
     pub kinetic_energy: RealVar,
     /// Out: energy turned into heat since the bed was made (J).
     pub dissipated_energy: RealVar,
+    /// Out: work of the bodies on the ground since the bed was made (J).
+    pub body_work: RealVar,
     /// Out: contacts.
     pub contact_count: IntegerVar,
     /// Out: grains.
@@ -184,10 +186,15 @@ pub fn declare(solver: bool) -> (Table, Variables) {
         "Energy turned into heat since the bed was made: work of the bodies less the change of kinetic, potential and \
          elastic energy",
     );
+    let body_work = t.output_real(
+        "body_work",
+        "J",
+        "Work of the bodies on the ground since the bed was made: of the tires, and of obstacles on grains",
+    );
     let contact_count = t.output_integer("contact_count", "Contacts of grains with grains, walls and bodies");
     let grain_count = t.output_integer("grain_count", "Number of grains");
     let inner_steps = t.output_integer("inner_steps", "Inner steps of the last communication step");
-    for v in [kinetic_energy, dissipated_energy] {
+    for v in [kinetic_energy, dissipated_energy, body_work] {
         t.on_demand(v);
         t.depends_initially(v, &[common.specification.vr(), bed_load.vr()]);
     }
@@ -222,6 +229,7 @@ pub fn declare(solver: bool) -> (Table, Variables) {
         obstacle,
         kinetic_energy,
         dissipated_energy,
+        body_work,
         contact_count,
         grain_count,
         inner_steps,

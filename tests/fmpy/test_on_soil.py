@@ -60,6 +60,17 @@ def test_straight_line(tmp_path):
     )
     gained = (WEIGHT / 9.81) * (table["vehicle.speed"][-1] - table["vehicle.speed"][steps[0]])
     assert impulse == pytest.approx(gained, rel=0.1)
+    # Case 9.4: the engine's work is stored, turned into heat, or given to the soil. (The hubs carry the tires' mass: it is in the vehicle's energy.)
+    change = lambda name: table[name][-1] - table[name][0]
+    vehicle = sum(change(f"vehicle.{n}_energy") for n in ("kinetic", "potential", "dissipated"))
+    tires = sum(change(f"tire{i}.{n}") for i in (1, 2, 3, 4) for n in ("strain_energy", "dissipated_energy"))
+    tires -= sum(change(f"tire{i}.pressure_work") for i in (1, 2, 3, 4))
+    engine = change("vehicle.engine_work")
+    assert engine > 2e4
+    assert vehicle + tires + change("terrain.body_work") == pytest.approx(engine, rel=3e-3)
+    # Alone, the vehicle's account closes far better: what is left is the coupling's.
+    assert engine + change("vehicle.wheel_work") == pytest.approx(vehicle, abs=1e-4 * engine)
+    assert tires > 0 and change("terrain.body_work") > 0
     assert (out / "scene.png").stat().st_size > 10_000
 
 

@@ -27,6 +27,11 @@ impl Run {
         Self { slip: vec![Vec::new(); bodies], work: 0.0, elastic: vec![0.0; bodies] }
     }
 
+    /// Work of the bodies on the platform (J).
+    pub fn work(&self) -> f64 {
+        self.work
+    }
+
     /// Heat made on the platform (J).
     pub fn heat(&self) -> f64 {
         self.work - self.elastic.iter().sum::<f64>()

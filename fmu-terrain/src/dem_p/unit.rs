@@ -272,6 +272,8 @@ impl<E: SoilEngine> GranularUnit<E> {
             v[vars.kinetic_energy] = state.kinetic_energy();
         } else if vr == vars.dissipated_energy.vr() {
             v[vars.dissipated_energy] = engine.heat(&self.bodies) + self.own.platform.heat();
+        } else if vr == vars.body_work.vr() {
+            v[vars.body_work] = engine.body_work() + self.own.platform.work();
         } else if vr == vars.contact_count.vr() {
             v[vars.contact_count] = (state.grain_contacts() + state.boundary_contacts()) as i32;
         }

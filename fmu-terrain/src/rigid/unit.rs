@@ -136,6 +136,8 @@ impl Unit for RigidUnit {
             }
         } else if vr == vars.dissipated_energy.vr() {
             v[self.vars.dissipated_energy] = self.own.work - self.own.elastic;
+        } else if vr == vars.body_work.vr() {
+            v[self.vars.body_work] = self.own.work;
         }
         Ok(())
     }

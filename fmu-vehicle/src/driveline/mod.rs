@@ -83,7 +83,9 @@ impl SimpleRuntime {
         sum / self.axles.len() as f64
     }
     /// Torque (N m) at the input, spread to the wheels; a differential of limited slip favours the slower wheel by up to its bias.
-    pub fn apply(&self, torque: f64, view: &View, loads: &mut Loads) {
+    /// Gives the power at the wheels (W).
+    pub fn apply(&self, torque: f64, view: &View, loads: &mut Loads) -> f64 {
+        let mut power = 0.0;
         for (share, ratio, bias, s) in &self.axles {
             let axle = torque * share / ratio;
             let (l, r) = (Self::speed(view, s[0]), Self::speed(view, s[1]));
@@ -94,8 +96,10 @@ impl SimpleRuntime {
             for (body, part) in [(s[0], left), (s[1], right)] {
                 let t = view.pose(body).r * Vec3::new(0.0, axle * part, 0.0);
                 loads.torque(body, view.pose(body), &t);
+                power += axle * part * Self::speed(view, body);
             }
         }
+        power
     }
 }
 

@@ -109,6 +109,7 @@ impl System {
         // Gaps are measured against the drives at the end of the step; the Jacobian keeps those at its start.
         self.drives.clone_from(&self.next_drives);
         self.forces(self.time, &w.u, &w.w, law);
+        self.done.add(self.powers, 0.5 * h);
         self.momenta(0.5 * h, w);
         // Newton's first iterate from the motion with the old velocities.
         self.drift(h, &w.u_start, &w.start);
@@ -162,12 +163,15 @@ impl System {
         let (du, jw) = (std::mem::take(&mut w.du), std::mem::take(&mut w.jw));
         self.forces(self.time + h, &du, &jw, law);
         (w.du, w.jw) = (du, jw);
+        self.done.add(self.powers, 0.5 * h);
         self.momenta(0.5 * h, w);
         for (k, (p, ..)) in self.rows.iter().enumerate() {
             let r = self.layout.first_row[k];
             p.rate(&self.drives, &mut w.d[r..r + p.rows()]);
         }
         self.solve(w);
+        // The impulses of the first half are about the same.
+        self.done.drives += 2.0 * self.row_impulses.iter().zip(&w.d).map(|(l, rate)| l * rate).sum::<f64>();
         self.friction(0.5 * h, h, w)?;
         if let Some(b) = w.u.iter().position(|u| u.iter().any(|x| !x.is_finite())) {
             return Err(MbsError::NotFinite { body: self.bodies[b].name.clone(), time: self.time });
@@ -192,8 +196,10 @@ impl System {
     pub(crate) fn forces(&mut self, time: f64, u: &[[f64; 6]], shafts: &[f64], law: ForceLaw) {
         let mut loads = std::mem::take(&mut self.loads);
         loads.clear(self.motions.len(), shafts.len());
+        self.powers = [0.0; 2];
         for s in &self.springs {
-            s.apply(&self.poses, u, &mut loads);
+            let power = s.apply(&self.poses, u, &mut loads);
+            (0..2).for_each(|k| self.powers[k] += power[k]);
         }
         for i in 1..self.bodies.len() {
             let b = &self.bodies[i];
@@ -291,6 +297,9 @@ impl System {
                 (0..6).for_each(|t| u[t] += d[t] * p);
             }
             w.y.iter_mut().zip(&f.y[i]).for_each(|(y, d)| *y += d * p);
+        }
+        for (i, &k) in f.on.iter().enumerate() {
+            self.done.friction += f.p[i] * self.friction_slip(k, &w.u, &w.y);
         }
         w.friction = f;
         Ok(())

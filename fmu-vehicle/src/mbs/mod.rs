@@ -17,6 +17,7 @@
 
 pub mod assembly;
 pub mod body;
+pub mod energy;
 pub mod equilibrium;
 mod error;
 pub mod factor;

@@ -1,6 +1,7 @@
 //! An assembled system: structure, state, and what can be asked of it.
 
 use super::assembly;
+use super::energy::Work as EnergyWork;
 use super::factor::{Factor, InverseMass};
 use super::friction::Friction;
 use super::layout::Layout;
@@ -35,6 +36,10 @@ pub struct System {
     pub(crate) layout: Layout,
     pub(crate) inverse: Vec<InverseMass>,
     pub(crate) hub_mass: Vec<f64>,
+    /// Work of its own forces so far.
+    pub(crate) done: EnergyWork,
+    /// Powers (W) of springs and shocks at the last evaluation of the forces.
+    pub(crate) powers: [f64; 2],
     // State.
     pub(crate) time: f64,
     pub(crate) motions: Vec<Motion>,
@@ -92,6 +97,8 @@ impl System {
             layout: Layout::default(),
             inverse,
             hub_mass: Vec::new(),
+            done: EnergyWork::default(),
+            powers: [0.0; 2],
             time: 0.0,
             motions,
             shaft_speeds: vec![0.0; n],
@@ -340,6 +347,14 @@ impl System {
         let shafts: f64 = self.network.inertia().iter().zip(&self.shaft_speeds).map(|(j, w)| 0.5 * j * w * w).sum();
         bodies + shafts
     }
+    /// Work of springs, shocks, friction and prescribed motions so far (J).
+    pub fn work_done(&self) -> EnergyWork {
+        self.done
+    }
+    /// Work counts anew from here.
+    pub fn forget_work(&mut self) {
+        self.done = EnergyWork::default();
+    }
     /// Energy in gravity (J), zero at z = 0.
     pub fn gravity_energy(&self) -> f64 {
         -(1..self.bodies.len()).map(|i| self.bodies[i].mass * self.gravity.dot(&self.motions[i].p)).sum::<f64>()
@@ -367,12 +382,13 @@ impl System {
         self.drives.clone_from(&self.next_drives);
         assembly::close(&self.rows, &self.joint_of, &self.joints, &self.inverse, &self.drives, &mut self.motions)
     }
-    /// State as plain numbers: time, 13 a body, shafts, drives.
+    /// State as plain numbers: time, 13 a body, shafts, drives, work done.
     pub fn save(&self) -> Vec<f64> {
         let mut x = vec![self.time];
         x.extend(self.motions[1..].iter().flat_map(Motion::to_array));
         x.extend(&self.shaft_speeds);
         x.extend(self.drives.iter().flat_map(|d| [d.value, d.rate]));
+        x.extend(self.done.to_array());
         x
     }
     /// Takes a state back, bit for bit.
@@ -381,7 +397,8 @@ impl System {
     /// The number of values expected, if it differs.
     pub fn restore(&mut self, x: &[f64]) -> Result<(), usize> {
         let (nb, ns, nd) = (self.motions.len() - 1, self.shaft_speeds.len(), self.drives.len());
-        let n = 1 + 13 * nb + ns + 2 * nd;
+        let work = 1 + 13 * nb + ns + 2 * nd;
+        let n = work + self.done.to_array().len();
         if x.len() != n {
             return Err(n);
         }
@@ -390,9 +407,10 @@ impl System {
             *m = Motion::from_array(a.try_into().expect("chunks of 13"));
         }
         self.shaft_speeds.copy_from_slice(&x[1 + 13 * nb..1 + 13 * nb + ns]);
-        for (d, a) in self.drives.iter_mut().zip(x[1 + 13 * nb + ns..].chunks_exact(2)) {
+        for (d, a) in self.drives.iter_mut().zip(x[1 + 13 * nb + ns..work].chunks_exact(2)) {
             *d = Drive { value: a[0], rate: a[1] };
         }
+        self.done = EnergyWork::from_array(std::array::from_fn(|k| x[work + k]));
         self.next_drives.clone_from(&self.drives);
         self.prepared = false;
         Ok(())

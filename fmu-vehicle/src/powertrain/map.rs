@@ -1,9 +1,9 @@
 //! Powertrain by maps alone: engine speed follows the driveshaft through the gear; no inertia, no converter.
 
 use super::gearbox::GearState;
-use super::{EngineOutputs, RPM};
+use super::{EngineOutputs, Powers, RPM};
 use crate::driveline::DrivelineBuilt;
-use crate::mbs::{Loads, Table, View};
+use crate::mbs::{BodyId, Loads, Model, Table, View};
 use crate::suspension::elements::check_table;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -56,8 +56,9 @@ impl MapPowertrain {
         f.not_negative(&format!("{path}.latency"), self.latency);
     }
 
-    pub(super) fn build(&self) -> MapEngine {
+    pub(super) fn build(&self, m: &Model) -> MapEngine {
         MapEngine {
+            carrier: m.carrier,
             full: Table::scaled(&self.full_throttle, RPM, 1.0).expect("checked"),
             zero: Table::scaled(&self.zero_throttle, RPM, 1.0).expect("checked"),
             spec: self.clone(),
@@ -70,6 +71,8 @@ impl MapPowertrain {
 pub struct MapEngine {
     full: Table,
     zero: Table,
+    /// What the reaction of the torque acts on.
+    carrier: BodyId,
     spec: MapPowertrain,
 }
 
@@ -98,17 +101,28 @@ impl MapEngine {
         gear.decide(h, speed, p[1], p[0], self.spec.latency, self.spec.forward.len());
     }
 
-    pub(super) fn apply(&self, throttle: f64, gear: &GearState, line: &DrivelineBuilt, view: &View, loads: &mut Loads) {
-        let Some(ratio) = self.ratio(gear.gear) else { return };
+    pub(super) fn apply(
+        &self,
+        throttle: f64,
+        gear: &GearState,
+        line: &DrivelineBuilt,
+        view: &View,
+        loads: &mut Loads,
+    ) -> Powers {
+        let Some(ratio) = self.ratio(gear.gear) else { return Powers::default() };
         match line {
             DrivelineBuilt::Shafts { input, .. } => {
                 let (_, torque) = self.engine(throttle, gear, view.shaft(*input));
                 loads.shaft(*input, torque / ratio);
                 loads.carrier.x -= torque / ratio;
+                let engine = torque / ratio * (view.shaft(*input) - view.u[self.carrier.index()][3]);
+                Powers { engine, transmission: 0.0 }
             }
             DrivelineBuilt::Simple(s) => {
-                let (_, torque) = self.engine(throttle, gear, s.input_speed(view));
-                s.apply(torque / ratio, view, loads);
+                let speed = s.input_speed(view);
+                let (_, torque) = self.engine(throttle, gear, speed);
+                let engine = torque / ratio * speed;
+                Powers { engine, transmission: s.apply(torque / ratio, view, loads) - engine }
             }
         }
     }

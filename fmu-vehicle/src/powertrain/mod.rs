@@ -48,7 +48,7 @@ impl Powertrain {
     pub fn build(&self, m: &mut Model, driveline: &DrivelineBuilt) -> Engine {
         match self {
             Self::Shafts(s) => Engine::Shafts(s.build(m, driveline)),
-            Self::Map(s) => Engine::Map(s.build()),
+            Self::Map(s) => Engine::Map(s.build(m)),
         }
     }
 }
@@ -75,6 +75,15 @@ pub struct EngineOutputs {
     pub turbine: f64,
     /// Torque at the gearbox's output (N m), without inertia.
     pub output: f64,
+}
+
+/// Powers of a powertrain (W).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Powers {
+    /// Of the engine's torque, losses included.
+    pub engine: f64,
+    /// Of the torque converter, or of a driveline by fractions: minus what it takes away.
+    pub transmission: f64,
 }
 
 impl Engine {
@@ -121,8 +130,15 @@ impl Engine {
             }
         }
     }
-    /// Adds its torques at the given throttle.
-    pub fn apply(&self, throttle: f64, gear: &GearState, line: &DrivelineBuilt, view: &View, loads: &mut Loads) {
+    /// Adds its torques at the given throttle; gives their powers.
+    pub fn apply(
+        &self,
+        throttle: f64,
+        gear: &GearState,
+        line: &DrivelineBuilt,
+        view: &View,
+        loads: &mut Loads,
+    ) -> Powers {
         match self {
             Self::Shafts(e) => e.apply(throttle, view, loads),
             Self::Map(e) => e.apply(throttle, gear, line, view, loads),

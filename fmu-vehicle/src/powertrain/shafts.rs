@@ -4,7 +4,7 @@
 
 use super::gearbox::GearState;
 use super::torque_converter::{ConverterSpec, TorqueConverter};
-use super::{EngineOutputs, RPM};
+use super::{EngineOutputs, Powers, RPM};
 use crate::driveline::DrivelineBuilt;
 use crate::mbs::shafts::GearId;
 use crate::mbs::{BodyId, Loads, MbsError, Model, ShaftId, System, Table, View};
@@ -179,13 +179,14 @@ impl ShaftEngine {
         (engine, input, output)
     }
 
-    pub(super) fn apply(&self, throttle: f64, view: &View, loads: &mut Loads) {
+    pub(super) fn apply(&self, throttle: f64, view: &View, loads: &mut Loads) -> Powers {
         let block = view.u[self.carrier.index()][3];
-        let (engine, input, output) =
-            self.torques(throttle, view.shaft(self.crank) - block, view.shaft(self.ingear) - block);
+        let (crank, ingear) = (view.shaft(self.crank) - block, view.shaft(self.ingear) - block);
+        let (engine, input, output) = self.torques(throttle, crank, ingear);
         loads.shaft(self.crank, engine + input);
         loads.shaft(self.ingear, output);
         loads.carrier.x -= engine + input + output;
+        Powers { engine: engine * crank, transmission: input * crank + output * ingear }
     }
 
     pub(super) fn outputs(&self, throttle: f64, gear: &GearState, system: &System) -> EngineOutputs {

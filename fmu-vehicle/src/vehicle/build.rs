@@ -2,6 +2,7 @@
 
 use super::config::{Payload, VehicleSpec};
 use super::dynamics::{DriverInputs, WheelWrench};
+use super::energy::Outside;
 use crate::driveline::DrivelineBuilt;
 use crate::mbs::primitive::DriveId;
 use crate::mbs::{BodyId, FrictionId, MbsError, Model, System};
@@ -62,6 +63,8 @@ pub struct Vehicle {
     /// Of the last step, for outputs.
     pub(crate) last_step: f64,
     pub(crate) engine_outputs: EngineOutputs,
+    /// Work of what acts on the system from outside.
+    pub(crate) outside: Outside,
 }
 
 /// Mass, centre and inertia about it of a chassis with payloads.
@@ -183,6 +186,7 @@ impl Vehicle {
             brakes_locked: false,
             last_step: 1.0,
             engine_outputs: EngineOutputs::default(),
+            outside: Outside::default(),
         })
     }
 

@@ -1,9 +1,10 @@
 //! A vehicle in motion: inputs, forces, gear, outputs, state.
 
 use super::build::{SteeringMotion, Vehicle};
+use super::energy::{self, Outside, power_of};
 use crate::driveline::DrivelineBuilt;
 use crate::mbs::{Loads, MbsError, StepReport, View};
-use crate::powertrain::{EngineOutputs, GearState};
+use crate::powertrain::{EngineOutputs, GearState, Powers};
 use terramech_mechanics::{RigidState, Vec3};
 
 /// What the driver does.
@@ -55,9 +56,11 @@ impl Vehicle {
     /// As [`crate::mbs::System::step`].
     pub fn step_with(&mut self, h: f64, more: WheelForces) -> Result<StepReport, MbsError> {
         let input_speed = self.driveshaft_speed();
+        let gear_before = self.gear.gear;
         if let Some(e) = &mut self.engine {
             e.shift(&mut self.gear, h, &mut self.system, input_speed)?;
         }
+        let shifted = (self.gear.gear != gear_before).then(|| self.unaccounted());
         self.steer(h);
         let braking = self.inputs.braking.clamp(0.0, 1.0);
         for (f, max) in self.brakes.iter().flatten() {
@@ -68,23 +71,34 @@ impl Vehicle {
         let (wheels, wrenches, engine, line) = (&self.wheels, &self.wrenches, &self.engine, &self.driveline);
         let (gear, chassis, drag, damping) = (&self.gear, self.chassis, self.drag, self.damping);
         let chassis_mass = self.system.body_mass(chassis);
+        let mut outside = self.outside;
         let report = self.system.step(h, &mut |view: &View, loads: &mut Loads| {
-            for (c, w) in wheels.iter().zip(wrenches) {
-                let pose = view.pose(c.spindle);
-                loads.force_at(c.spindle, pose, &w.force, &Vec3::zeros());
-                loads.torque(c.spindle, pose, &w.moment);
-            }
+            let on_wheels = power_of(wheels.iter().map(|c| c.spindle), view, loads, |loads| {
+                for (c, w) in wheels.iter().zip(wrenches) {
+                    let pose = view.pose(c.spindle);
+                    loads.force_at(c.spindle, pose, &w.force, &Vec3::zeros());
+                    loads.torque(c.spindle, pose, &w.moment);
+                }
+                more(view, loads);
+            });
+            let mut powers = Powers::default();
             if let (Some(e), Some(l)) = (engine, line) {
-                e.apply(throttle, gear, l, view, loads);
+                powers = e.apply(throttle, gear, l, view, loads);
             }
+            let mut dragging = 0.0;
             if drag > 0.0 || damping > 0.0 {
                 let u = &view.u[chassis.index()];
                 let v = Vec3::new(u[0], u[1], u[2]);
                 let f = v * (-drag * v.norm() - damping * chassis_mass);
                 loads.force_at(chassis, view.pose(chassis), &f, &Vec3::zeros());
+                dragging = f.dot(&v);
             }
-            more(view, loads);
+            outside.add(powers, on_wheels, dragging, 0.5 * h);
         })?;
+        self.outside = outside;
+        if let Some(before) = shifted {
+            self.book_shift(before);
+        }
         self.last_step = h;
         if let Some(e) = &self.engine {
             self.engine_outputs = e.outputs(throttle, &self.gear, &self.system, self.driveshaft_speed());
@@ -165,10 +179,11 @@ impl Vehicle {
         self.system.spin_impulse(self.wheels[wheel].spindle).map_or(0.0, |p| p / (0.5 * self.last_step))
     }
 
-    /// State as plain numbers: the system's, the gear, the steering.
+    /// State as plain numbers: the gear, work, the steering, the system's.
     pub fn save(&self) -> Vec<f64> {
         let mut x =
             vec![f64::from(self.gear.gear), self.gear.since, self.damping, f64::from(u8::from(self.brakes_locked))];
+        x.extend(self.outside.to_array());
         x.extend(self.steering_motion.iter().flat_map(|m| [m.value, m.rate]));
         x.extend(self.system.save());
         x
@@ -179,14 +194,16 @@ impl Vehicle {
     /// # Errors
     /// A message if the numbers belong to another vehicle.
     pub fn restore(&mut self, x: &[f64]) -> Result<(), String> {
-        let n = 4 + 2 * self.steering_motion.len();
+        let first = 4 + energy::SAVED;
+        let n = first + 2 * self.steering_motion.len();
         if x.len() < n {
             return Err(format!("{} numbers are too few for this vehicle", x.len()));
         }
         self.gear = GearState { gear: x[0] as i32, since: x[1] };
         self.damping = x[2];
         self.brakes_locked = x[3] != 0.0;
-        for (m, a) in self.steering_motion.iter_mut().zip(x[4..n].chunks_exact(2)) {
+        self.outside = Outside::from_array(std::array::from_fn(|k| x[4 + k]));
+        for (m, a) in self.steering_motion.iter_mut().zip(x[first..n].chunks_exact(2)) {
             *m = SteeringMotion { value: a[0], rate: a[1] };
         }
         self.system.restore(&x[n..]).map_err(|e| format!("{} numbers, this vehicle has {e}", x.len() - n))?;

@@ -11,6 +11,7 @@
 pub mod build;
 pub mod config;
 pub mod dynamics;
+pub mod energy;
 mod load;
 pub mod part;
 pub mod place;

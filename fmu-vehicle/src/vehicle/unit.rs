@@ -144,6 +144,7 @@ impl VehicleUnit {
         if speed != 0.0 {
             vehicle.launch(speed).map_err(|e| fault(&self.origin, &e))?;
         }
+        vehicle.start_energy();
         Ok((vehicle, rest.loads.clone()))
     }
 
@@ -184,6 +185,8 @@ impl VehicleUnit {
         );
         let e = vehicle.engine();
         v.put(self.vars.engine, [e.speed, e.torque, e.converter_input, e.output]);
+        let e = vehicle.energies();
+        v.put(self.vars.energies, [e.engine, e.wheels, e.kinetic, e.potential, e.dissipated]);
         v[self.vars.gear] = vehicle.gear();
         v[self.vars.mass] = vehicle.system.mass();
     }

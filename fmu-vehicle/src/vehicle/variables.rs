@@ -53,6 +53,8 @@ pub struct Variables {
     pub handling: [RealVar; 5],
     /// Out: engine speed, torque, converter input torque, gearbox output torque.
     pub engine: [RealVar; 4],
+    /// Out: work of the engine and of the wheels' forces, kinetic, potential and dissipated energy.
+    pub energies: [RealVar; 5],
     /// Out: gear.
     pub gear: IntegerVar,
     /// Out: mass of the vehicle with payload and hubs (kg).
@@ -195,6 +197,15 @@ pub fn declare(wheel_count: usize, with_tires: bool) -> (Table, Variables) {
         ("engine.gearbox_torque", "N.m", "Torque at the gearbox's output, without inertia"),
     ]
     .map(|(name, unit, text)| t.output_real(name, unit, text));
+    let energies = [
+        ("engine_work", "Work of the engine since initialization, losses included"),
+        ("wheel_work", "Work of the forces on the wheels since initialization"),
+        ("kinetic_energy", "Kinetic energy of bodies and shafts"),
+        ("potential_energy", "Energy in gravity and springs, less that at initialization"),
+        ("dissipated_energy", "Energy turned into heat since initialization: shock absorbers, torque converter, brakes, changes of gear, drag"),
+    ]
+    .map(|(name, text)| t.output_real(name, "J", text));
+    t.depends_initially(energies[2], &knowns);
     let gear = t.output_integer("gear", "Gear: -1 reverse, 0 neutral, 1 and up forward");
     let mass = t.output_real("mass", "kg", "Mass of the vehicle with payload, wheels and hubs");
     t.depends_initially(mass, &loads);
@@ -231,6 +242,7 @@ pub fn declare(wheel_count: usize, with_tires: bool) -> (Table, Variables) {
         used,
         handling,
         engine,
+        energies,
         gear,
         mass,
     };

@@ -8,6 +8,7 @@
 
 mod decimate;
 mod driving;
+mod energy;
 mod page;
 mod plot;
 mod png;
@@ -106,7 +107,7 @@ impl Report {
         figures: Vec<SideView>,
     ) -> Report {
         let mut sections = vec![sections::headlines(summary), sections::over_time(csv, summary)];
-        sections.splice(1..1, driving::driving(csv));
+        sections.splice(1..1, driving::driving(csv).into_iter().chain(energy::energy(csv)));
         // One colour scale, so that the views can be compared.
         let max = figures.iter().map(SideView::scale_max).fold(0.0, f64::max);
         let views = figures.into_iter().map(|view| Item::SideView(view.scale_to_default(max)));

@@ -65,6 +65,8 @@ fn recorded_vehicle(touch: Touch) -> Vec<String> {
     if touch == Touch::Mesh {
         names.extend(["w", "x", "y", "z"].map(|a| format!("chassis.orientation.{a}")));
         names.push("engine.torque".into());
+        let energies = ["engine_work", "wheel_work", "kinetic_energy", "potential_energy", "dissipated_energy"];
+        names.extend(energies.map(String::from));
     }
     names.extend(
         ["speed", "lateral_acceleration", "yaw_rate", "roll", "pitch", "engine.speed", "gear"].map(String::from),
@@ -178,12 +180,12 @@ impl Study {
             if self.touch == Touch::Mesh {
                 w.recorded.extend(XYZ.map(|a| (terrain, format!("body[{i}].force.{a}"), None)));
                 // Energies are sums over everything: seldom.
-                let energies = ["strain_energy", "kinetic_energy", "dissipated_energy", "pressure_work"];
+                let energies = ["strain_energy", "kinetic_energy", "dissipated_energy", "pressure_work", "ground_work"];
                 w.recorded.extend(energies.map(|n| (i, n.to_string(), Some(self.seldom))));
             }
         }
         if self.touch == Touch::Mesh {
-            let names = ["kinetic_energy", "dissipated_energy", "contact_count", "height"];
+            let names = ["kinetic_energy", "dissipated_energy", "body_work", "contact_count", "height"];
             w.recorded.extend(names.map(|n| (terrain, n.to_string(), Some(self.seldom))));
         }
         w

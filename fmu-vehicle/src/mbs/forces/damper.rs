@@ -33,6 +33,12 @@ pub enum DamperLaw {
 }
 
 impl DamperLaw {
+    /// Whether it acts as a spring at this length: metal on metal.
+    #[inline]
+    pub fn is_metal(&self, length: f64) -> bool {
+        matches!(self, Self::Stroke { metal: Some((range, _)), .. } if length < range[0] || length > range[1])
+    }
+
     /// Tension (N) at a length (m) and rate (m/s).
     #[inline]
     pub fn tension(&self, length: f64, rate: f64) -> f64 {

@@ -39,6 +39,8 @@ pub struct Stroke {
     pub rate: f64,
     /// Tension (N), positive pulls the ends together.
     pub tension: f64,
+    /// Of it the damper's (N).
+    pub damping: f64,
 }
 
 impl SpringDamper {
@@ -51,20 +53,24 @@ impl SpringDamper {
         let e = d / length;
         let rate =
             (velocity(pb, &motions[self.b.0], &self.p_bp) - velocity(pa, &motions[self.a.0], &self.p_ap)).dot(&e);
-        let mut tension = self.spring.tension(length) + self.damper.tension(length, rate);
+        let damping = self.damper.tension(length, rate);
+        let mut tension = self.spring.tension(length) + damping;
         if let Some(s) = &self.stops {
             tension += s.tension(length);
         }
-        (Stroke { length, rate, tension }, e)
+        (Stroke { length, rate, tension, damping }, e)
     }
 
-    /// Adds its forces.
+    /// Adds its forces; gives the power (W) of spring and stops, and of the damper.
     #[inline]
-    pub(crate) fn apply(&self, poses: &[Pose], motions: &[[f64; 6]], loads: &mut Loads) {
+    pub(crate) fn apply(&self, poses: &[Pose], motions: &[[f64; 6]], loads: &mut Loads) -> [f64; 2] {
         let (s, e) = self.stroke(poses, motions);
         let f = e * s.tension;
         loads.force_at(self.a, &poses[self.a.0], &f, &self.p_ap);
         loads.force_at(self.b, &poses[self.b.0], &-f, &self.p_bp);
+        let all = -s.tension * s.rate;
+        let damper = if self.damper.is_metal(s.length) { 0.0 } else { -s.damping * s.rate };
+        [all - damper, damper]
     }
 }
 
