@@ -114,6 +114,8 @@ pub struct Variables {
     pub dissipated_energy: RealVar,
     /// Out: work of the bodies on the ground since the bed was made (J).
     pub body_work: RealVar,
+    /// Parameter: angle of the slope (rad).
+    pub slope: RealVar,
     /// Out: contacts.
     pub contact_count: IntegerVar,
     /// Out: grains.
@@ -135,6 +137,9 @@ pub struct SolverVars {
     pub unconverged: IntegerVar,
 }
 
+/// Steepest slope (rad), either way: 45 degrees.
+const STEEPEST: f64 = std::f64::consts::FRAC_PI_4;
+
 /// Declares the table; `solver`: for a model that solves by iteration.
 pub fn declare(solver: bool) -> (Table, Variables) {
     let mut t = Table::new();
@@ -150,6 +155,14 @@ pub fn declare(solver: bool) -> (Table, Variables) {
         "",
         "Absolute path to write the bed to when the run ends, as the bodies left it: the next pass loads it; empty for none",
     );
+    let slope = t.parameter_real(
+        "slope",
+        0.0,
+        "rad",
+        "Angle of the slope, uphill along X: gravity turns about Y once the bed has settled, X and Z stay along and normal to the slope. A rigid ground \
+         has no weight of its own: there it changes nothing",
+    );
+    t.range(slope, Some(-STEEPEST), Some(STEEPEST));
     t.not_in_state(bed_save_end);
     t.not_in_state(bed_load);
     t.not_in_state(bed_save);
@@ -215,6 +228,7 @@ pub fn declare(solver: bool) -> (Table, Variables) {
     let vars = Variables {
         common,
         bed_load,
+        slope,
         bed_save,
         bed_save_end,
         body,

@@ -69,6 +69,14 @@ struct Restore<S> {
     engine: S,
 }
 
+/// With gravity turned for a slope of this angle (rad), uphill along X.
+fn on_slope(mut spec: Terrain, slope: f64) -> Terrain {
+    let [x, y, z] = spec.bed.gravity;
+    let (sin, cos) = slope.sin_cos();
+    spec.bed.gravity = [x * cos + z * sin, y, z * cos - x * sin];
+    spec
+}
+
 const LOCKED: &str = "the bed has been made with it";
 
 impl<E: SoilEngine> GranularUnit<E> {
@@ -319,10 +327,17 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
     fn exit_initialization(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
         self.bed(v, host)?;
         self.take_bodies(v)?;
-        let (spec, surfaces) = (self.spec()?.clone(), self.own.surfaces.clone());
+        let (spec, surfaces) = (on_slope(self.spec()?.clone(), v[self.vars.slope]), self.own.surfaces.clone());
         let fault = |e| UnitError::input(format!("with the surfaces of the bodies: {}", unit_error(e, false)));
         self.longest = E::longest_step(&spec, &surfaces).map_err(fault)?;
-        self.bed(v, host)?.take_surfaces(&spec, &surfaces).map_err(fault)?;
+        let level = v[self.vars.slope] == 0.0;
+        let engine = self.bed(v, host)?;
+        engine.take_surfaces(&spec, &surfaces).map_err(fault)?;
+        if !level {
+            // Potential energy is another one from here on.
+            engine.open_energy_account();
+        }
+        v.lock([self.vars.slope.vr()], "gravity has been turned by it");
         // Faults of meshes that are there already are told now.
         self.place_bodies(v)
     }
@@ -404,7 +419,7 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
         self.bodies = (0..BODIES).map(bodies::absent).collect();
         self.triangles = vec![Vec::new(); BODIES];
         self.engine = None;
-        if let Some(spec) = self.spec.clone() {
+        if let Some(spec) = self.spec.clone().map(|spec| on_slope(spec, v[self.vars.slope])) {
             let fault = |e| unit_error(e, false);
             self.longest = E::longest_step(&spec, &self.own.surfaces).map_err(fault)?;
             if let Some(state) = state {

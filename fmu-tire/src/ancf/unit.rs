@@ -26,7 +26,8 @@ pub struct FlexibleTireUnit {
 /// Everything that is saved: the specification's content, never its path.
 #[derive(Serialize, Deserialize)]
 struct Saved {
-    tire: Option<(FlexibleTire, f64, SavedTire)>,
+    /// With gravity (m/s2).
+    tire: Option<(FlexibleTire, [f64; 3], SavedTire)>,
     touching: f64,
 }
 
@@ -51,10 +52,10 @@ impl FlexibleTireUnit {
             .ok_or_else(|| UnitError::input("the tire has not been made: initialization mode comes first"))
     }
 
-    fn make(&mut self, spec: &FlexibleTire, gravity: f64, threads: i32) -> Result<(), UnitError> {
+    fn make(&mut self, spec: &FlexibleTire, gravity: [f64; 3], threads: i32) -> Result<(), UnitError> {
         let mut tire = Tire::new(spec, Precision::Single)?;
         tire.set_team(&Team::new(threads.max(1) as usize)?);
-        tire.gravity = [0.0, 0.0, gravity];
+        tire.gravity = gravity;
         self.tire = Some(tire);
         Ok(())
     }
@@ -125,7 +126,8 @@ impl Unit for FlexibleTireUnit {
             super::spec::HMMWV_LAYERED,
             host,
         )?;
-        let gravity = v.get([self.vars.gravity])[0];
+        let [gravity, slope] = v.get([self.vars.gravity, self.vars.slope]);
+        let gravity = [gravity * slope.sin(), 0.0, gravity * slope.cos()];
         self.make(&spec.value, gravity, v[self.vars.common.threads]).map_err(|e| match e {
             UnitError::Input(text) => UnitError::input(format!("{}: {text}", spec.origin)),
             other => other,
@@ -152,7 +154,7 @@ impl Unit for FlexibleTireUnit {
         triangles.extend(surface.triangles.iter().flatten().map(|&n| n as i32));
         *v.reals_mut(vars.mesh_compliance) = tire.compliance(step);
         v.lock(
-            [vars.common.specification.vr(), vars.common.threads.vr(), vars.gravity.vr()],
+            [vars.common.specification.vr(), vars.common.threads.vr(), vars.gravity.vr(), vars.slope.vr()],
             "the tire has been made from it when initialization mode began",
         );
         Ok(())
@@ -233,7 +235,7 @@ impl Unit for FlexibleTireUnit {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, UnitError> {
-        let tire = self.tire.as_ref().map(|t| (t.spec.clone(), t.gravity[2], t.save()));
+        let tire = self.tire.as_ref().map(|t| (t.spec.clone(), t.gravity, t.save()));
         state::to_bytes(&Saved { tire, touching: self.touching })
     }
 

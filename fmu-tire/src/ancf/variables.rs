@@ -14,6 +14,8 @@ pub struct Variables {
     pub plane_height: RealVar,
     /// Gravity along Z (m/s2).
     pub gravity: RealVar,
+    /// Angle of the slope (rad).
+    pub slope: RealVar,
     /// In: state of the wheel.
     pub wheel_state: StateVars,
     /// In: vertices in contact.
@@ -55,7 +57,9 @@ pub fn declare() -> (Table, Variables) {
     let ground =
         t.parameter_string("ground", "none", "Ground of the tire's own: none, or plane (rigid and horizontal)");
     let plane_height = t.parameter_real("plane.height", 0.0, "m", "Height of the plane, if ground is plane");
-    let gravity = t.parameter_real("gravity", -9.81, "m/s2", "Gravity along Z");
+    let gravity = t.parameter_real("gravity", -9.81, "m/s2", "Gravity along Z, on level ground");
+    let slope = t.parameter_real("slope", 0.0, "rad", "Angle of the slope, uphill along X: gravity is turned about Y");
+    t.range(slope, Some(-std::f64::consts::FRAC_PI_4), Some(std::f64::consts::FRAC_PI_4));
     let wheel_state = t.state("wheel", false, "the wheel");
     let contact_index =
         t.input_integer_array("contact.index", "Vertices with a contact force, counted from 0, ascending and unique");
@@ -150,6 +154,7 @@ pub fn declare() -> (Table, Variables) {
         ground,
         plane_height,
         gravity,
+        slope,
         wheel_state,
         contact_index,
         contact_force,

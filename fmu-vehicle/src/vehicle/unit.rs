@@ -144,6 +144,7 @@ impl VehicleUnit {
         if speed != 0.0 {
             vehicle.launch(speed).map_err(|e| fault(&self.origin, &e))?;
         }
+        vehicle.system.set_gravity(gravity_on(v[self.vars.slope]));
         vehicle.start_energy();
         Ok((vehicle, rest.loads.clone()))
     }
@@ -222,6 +223,11 @@ impl Run {
     }
 }
 
+/// Gravity (m/s2) on a slope of this angle (rad), uphill along X.
+fn gravity_on(slope: f64) -> Vec3 {
+    Vec3::new(-9.81 * slope.sin(), 0.0, -9.81 * slope.cos())
+}
+
 /// A vehicle on its side or roof ends the run: what its tires and driver do there means nothing.
 fn rolled_over(vehicle: &Vehicle, time: f64) -> Result<(), UnitError> {
     let state = vehicle.chassis_state().state;
@@ -280,7 +286,9 @@ impl Unit for VehicleUnit {
         if held.is_some() {
             vehicle.hold(true, spec.hold.damping);
         }
-        let weight = vehicle.system.mass() * 9.81;
+        v.lock([self.vars.slope.vr()], "gravity has been turned by it");
+        // What the wheels carry.
+        let weight = -vehicle.system.mass() * gravity_on(v[self.vars.slope]).z;
         let rounded: Vec<String> = loads.iter().map(|l| format!("{l:.0}")).collect();
         host.log(
             LogCategory::Info,
@@ -378,6 +386,7 @@ impl Unit for VehicleUnit {
                     .map_err(|e| UnitError::state(e.to_string()))?;
                 vehicle.steering_frequency = spec.steering_frequency;
                 vehicle.restore(&s.vehicle).map_err(UnitError::state)?;
+                vehicle.system.set_gravity(gravity_on(v[self.vars.slope]));
                 let start = RigidState::from_array(&s.start).map_err(|e| UnitError::state(e.to_string()))?;
                 let mut driver = Driver::new(&spec.driver, &start)?;
                 driver.state = s.driver;

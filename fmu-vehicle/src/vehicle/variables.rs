@@ -41,6 +41,8 @@ pub struct Variables {
     pub start: [RealVar; 4],
     /// Parameter `hold.duration`.
     pub hold: RealVar,
+    /// Parameter `slope`.
+    pub slope: RealVar,
     /// The wheels.
     pub wheels: Vec<WheelVars>,
     /// Out: chassis reference frame.
@@ -62,6 +64,9 @@ pub struct Variables {
     /// Of `vehicle_handling`: parameter `tires`, and per wheel the tire's force along, across and normal (N).
     pub handling_tires: Option<(StringVar, Vec<[RealVar; 3]>)>,
 }
+
+/// Steepest slope (rad), either way: 45 degrees.
+const STEEPEST: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Declares the table of a vehicle of so many wheels; `with_tires` adds the variables of tires inside.
 pub fn declare(wheel_count: usize, with_tires: bool) -> (Table, Variables) {
@@ -99,6 +104,13 @@ pub fn declare(wheel_count: usize, with_tires: bool) -> (Table, Variables) {
         "Longest time with brakes locked and chassis damped at the start; overrides the specification when set",
     );
     t.range(hold, Some(0.0), None);
+    let slope = t.parameter_real(
+        "slope",
+        0.0,
+        "rad",
+        "Angle of the slope, uphill along X: gravity is turned about Y, X and Z stay along and normal to the slope",
+    );
+    t.range(slope, Some(-STEEPEST), Some(STEEPEST));
     let mut inputs = Vec::new();
     for i in 1..=wheel_count {
         let w = format!("wheel[{i}]");
@@ -236,6 +248,7 @@ pub fn declare(wheel_count: usize, with_tires: bool) -> (Table, Variables) {
         driver,
         start,
         hold,
+        slope,
         wheels,
         chassis,
         acceleration,
