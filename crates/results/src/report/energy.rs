@@ -20,6 +20,9 @@ struct Balance {
     shares: Vec<(&'static str, Vec<f64>)>,
 }
 
+/// Columns to be added up with their signs.
+type Signed<'a> = Vec<(&'a [f64], f64)>;
+
 /// A share: its name, and the columns it is the sum of, with their signs.
 type Share = (&'static str, Vec<(String, f64)>);
 
@@ -59,15 +62,11 @@ fn balance(csv: &CsvTable) -> Option<Balance> {
         ("given to the ground", grounds.iter().flat_map(|g| of(g, &[("body_work", 1.0)])).collect()),
     ];
     let engine = csv.numbers(&format!("{vehicle}.engine_work"))?;
-    let columns: Option<Vec<(&str, Vec<(&[f64], f64)>)>> = shares
-        .iter()
-        .filter(|(_, parts)| !parts.is_empty())
-        .map(|(name, parts)| {
-            let values: Option<Vec<_>> = parts.iter().map(|(n, sign)| Some((csv.numbers(n)?, *sign))).collect();
-            values.map(|v| (*name, v))
-        })
-        .collect();
-    let columns = columns?;
+    let mut columns: Vec<(&'static str, Signed)> = Vec::new();
+    for (name, parts) in shares.iter().filter(|(_, parts)| !parts.is_empty()) {
+        let values: Option<Signed> = parts.iter().map(|(n, sign)| Some((csv.numbers(n)?, *sign))).collect();
+        columns.push((name, values?));
+    }
     // Without the ground the balance has no end.
     if grounds.is_empty() {
         return None;
