@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use terramech_results::report::{Scene, SceneMesh, SideView};
+use terramech_results::report::{Scene, SceneMesh, SideView, vehicle_frame};
 
 use super::frames::Frame;
 
@@ -46,6 +46,7 @@ pub fn scene(frames: &[Arc<Frame>]) -> Option<(Vec<u8>, String)> {
             time = Some(cloud.time);
         }
     }
+    let mut wheels = Vec::new();
     for mesh in meshes {
         let field = mesh.fields.iter().find(|(name, ..)| name == STRAIN);
         let values = field.and_then(|(name, n, _)| {
@@ -53,14 +54,32 @@ pub fn scene(frames: &[Arc<Frame>]) -> Option<(Vec<u8>, String)> {
         });
         let triangles = mesh.triangles.clone().unwrap_or_default();
         let values = values.unwrap_or_default();
+        if !values.is_empty() {
+            wheels.push(middle(&mesh.points));
+        }
         scene = scene.mesh(SceneMesh { points: mesh.points.clone(), triangles, values }).ok()?;
+    }
+    // What carries the tires is drawn after them: it is no mesh of a unit.
+    let frame = vehicle_frame(&wheels);
+    let drawn = frame.is_some();
+    if let Some(frame) = frame {
+        scene = scene.mesh(frame).ok()?;
     }
     let [low, high] = scene.range();
     let mut caption = format!("At t = {} s; soil darker where it is lower.", time?);
     if scene.coloured() {
         caption += &format!(" Colour of meshes: {STRAIN}, first component, from {low:.3} (blue) to {high:.3} (red).");
     }
+    if drawn {
+        caption += " The vehicle is a schematic from the centres of its wheels.";
+    }
     Some((scene.png().ok()?, caption))
+}
+
+/// Mean of the vertices.
+fn middle(points: &[f64]) -> [f64; 3] {
+    let count = (points.len() / 3).max(1) as f64;
+    std::array::from_fn(|k| points.iter().skip(k).step_by(3).sum::<f64>() / count)
 }
 
 fn middle_y(points: &[f64]) -> f64 {

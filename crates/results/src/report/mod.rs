@@ -9,6 +9,7 @@
 mod decimate;
 mod driving;
 mod energy;
+mod frame;
 mod page;
 mod plot;
 mod png;
@@ -20,6 +21,7 @@ mod silhouette;
 mod standalone;
 mod svg;
 
+pub use frame::vehicle_frame;
 pub use plot::{Axis, Band, Level, Plot, Series, Style};
 pub use scene::{Scene, SceneMesh};
 pub use side_view::{Disc, SideView};
