@@ -111,6 +111,32 @@ def test_two_passes_over_the_same_soil(tmp_path):
     assert two["drawbar pull"] > one["drawbar pull"] > 0
 
 
+def test_a_study_that_was_killed_goes_on_to_the_same_bits(tmp_path):
+    import subprocess
+    import time
+
+    from conftest import FMUS, TERRAMECH
+
+    system = ROOT / "examples/obstacle/system.ssd"
+    # A frame for the picture comes at 0.25 s.
+    common = ("--quiet", "--stop-time", "0.26")
+    assert command("run", system, "--out", tmp_path / "whole", *common).returncode == 0
+    line = [TERRAMECH, "run", system, "--fmu-path", FMUS, "--out", tmp_path / "pieces", *common, "--checkpoint-every", "0.03"]
+    process = subprocess.Popen([str(x) for x in line], stderr=subprocess.DEVNULL)
+    for _ in range(3000):
+        if len(list((tmp_path / "pieces/checkpoint").glob("*.tmc"))) > 1 or process.poll() is not None:
+            break
+        time.sleep(0.05)
+    process.kill()
+    process.wait()
+    assert not (tmp_path / "pieces/summary.json").exists(), "it was killed before its end"
+    line = [TERRAMECH, "run", "--resume", tmp_path / "pieces", "--quiet"]
+    done = subprocess.run([str(x) for x in line], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    for name in ("results.csv", "scene.png"):
+        assert (tmp_path / "pieces" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+
+
 def test_a_bed_that_cannot_be_written_is_told_before_it_is_made(tmp_path):
     description = ROOT / "examples/multi-pass/system.ssd"
     missing = tmp_path / "no" / "bed"

@@ -3,6 +3,8 @@
 //! A vehicle study is one run of its `system.ssd`. The multi-pass study is a chain: each pass loads the bed that the pass before it left, for each
 //! cohesion; the settled bed comes from the first pass.
 
+mod checks;
+
 use crate::pack;
 use crate::process::{fmus, root, run, target};
 use anyhow::{Context, Result, bail};
@@ -23,7 +25,7 @@ const PASSES: usize = 3;
 /// # Errors
 /// An unknown name, a run that fails, a file that cannot be written.
 pub fn study(name: Option<&str>) -> Result<()> {
-    let known = [&VEHICLE[..], &["multi-pass"]].concat();
+    let known = [&VEHICLE[..], &["multi-pass", "checks"]].concat();
     if let Some(name) = name.filter(|n| !known.contains(n)) {
         bail!("study '{name}' is unknown; there are: {}", known.join(", "));
     }
@@ -31,7 +33,11 @@ pub fn study(name: Option<&str>) -> Result<()> {
     let docs = root().join("docs/studies");
     std::fs::create_dir_all(&docs).with_context(|| format!("cannot make {}", docs.display()))?;
     for each in known.into_iter().filter(|k| name.is_none_or(|n| n == *k)) {
-        if each == "multi-pass" { passes(&docs)? } else { vehicle(each, &docs)? }
+        match each {
+            "multi-pass" => passes(&docs)?,
+            "checks" => checks::checks(&docs)?,
+            _ => vehicle(each, &docs)?,
+        }
     }
     Ok(())
 }
@@ -42,8 +48,13 @@ fn out(name: &str) -> PathBuf {
 
 /// `terramech run` of a description with more arguments.
 fn terramech(description: &str, out: &Path, more: &[String]) -> Result<()> {
+    terramech_at(&root().join("examples").join(description), out, more)
+}
+
+/// `terramech run` of a description anywhere.
+fn terramech_at(file: &Path, out: &Path, more: &[String]) -> Result<()> {
     let mut command = Command::new(target().join("release/terramech"));
-    command.arg("run").arg(root().join("examples").join(description)).arg("--fmu-path").arg(fmus());
+    command.arg("run").arg(file).arg("--fmu-path").arg(fmus());
     run(command.arg("--out").arg(out).args(more))
 }
 
