@@ -25,6 +25,26 @@ pub struct SolverReport {
     pub worst: [f64; 3],
 }
 
+/// What is odd about the soil's adhesion, if anything: a pressure in the wrong unit is off by a thousand or a million.
+pub fn odd_adhesion(spec: &Terrain) -> Option<String> {
+    let (setup, grains) = (spec.setup(&[]), spec.lightest());
+    let (grain, a) = (grains.first()?, setup.materials.first()?.adhesion);
+    let r = grain.radius;
+    let r_eff = 0.5 * r;
+    let pull = a.constant + a.dmt * r_eff.sqrt() + a.perko * r_eff + std::f64::consts::PI * r * r * a.pressure;
+    let weight = grain.density * 4.0 / 3.0 * std::f64::consts::PI * r.powi(3) * dem::vec3::norm(setup.gravity);
+    let ratio = pull / weight;
+    // None at all is usual, and so is a tenth of a weight to what a hundred thousand grains weigh.
+    if ratio == 0.0 || (0.1..=1e5).contains(&ratio) {
+        return None;
+    }
+    let why = if ratio < 0.1 { "too little to hold a grain" } else { "more than any soil has" };
+    Some(format!(
+        "soil.adhesion makes a contact of the least grains hold {pull:.3e} N, {ratio:.2e} of a grain's weight: {why}; a constant is in N, dmt in \
+         N/m^0.5, perko in N/m, a pressure in Pa"
+    ))
+}
+
 /// An engine that a unit runs. Specifications are those of [`Terrain`]; `surfaces` are friction, restitution, Young's modulus and
 /// Poisson's ratio of the bodies.
 pub trait SoilEngine: GrainEngine + Sized {
@@ -126,8 +146,10 @@ fn body_work(state: &DemState) -> f64 {
 fn cone_setup(spec: &Terrain, surfaces: &[[f64; 4]]) -> (dem::Setup, ConeSetup) {
     use crate::config::Solver;
     let c = spec.dem_c.unwrap_or_default();
+    let setup = spec.setup(surfaces);
     let cone = ConeSetup {
         method: match c.solver {
+            Solver::Relaxation => Method::Relaxation,
             Solver::Nesterov => Method::Nesterov,
             Solver::BarzilaiBorwein => Method::BarzilaiBorwein,
             Solver::GaussSeidel => Method::GaussSeidel,
@@ -136,8 +158,10 @@ fn cone_setup(spec: &Terrain, surfaces: &[[f64; 4]]) -> (dem::Setup, ConeSetup) 
         iterations: c.iterations,
         recovery_time: c.recovery_time,
         recovery_speed: c.recovery_speed,
+        obstacle_step: setup.step,
+        elastic: c.contacts == crate::config::Contacts::Elastic,
     };
-    (dem::Setup { step: c.step, ..spec.setup(surfaces) }, cone)
+    (dem::Setup { step: c.step, ..setup }, cone)
 }
 
 impl SoilEngine for ConeEngine {
@@ -145,10 +169,6 @@ impl SoilEngine for ConeEngine {
     const NAME: &'static str = "dem_c";
 
     fn longest_step(spec: &Terrain, surfaces: &[[f64; 4]]) -> Result<f64, DemError> {
-        if !spec.obstacles.is_empty() {
-            let allowed = "none with terrain_dem_c: obstacles move in terrain_dem_p only";
-            return Err(DemError::parameter("obstacles", spec.obstacles.len(), allowed));
-        }
         Ok(cone_setup(spec, surfaces).0.step)
     }
 

@@ -7,10 +7,11 @@ use checks::{below, figure, relative};
 use fmu_terrain::dem::grains::{INV_I, INV_M};
 use fmu_terrain::dem::material::Adhesion;
 use fmu_terrain::dem::{
-    Body, Cylinder, Fill, Grain, GrainEngine, Material, Radii, Recipe, Sample, Settle, Setup, Wall, prepare, sample,
-    settle,
+    Body, Cylinder, Fill, FreeBody, Grain, GrainEngine, MassOf, Material, Radii, Recipe, Sample, Settle, Setup, Solid,
+    Wall, prepare, sample, settle,
 };
 use fmu_terrain::dem_c::{ConeEngine, ConeSetup, ConeState};
+use terramech_mechanics::RigidState;
 
 const G: f64 = 9.81;
 
@@ -25,8 +26,9 @@ fn plane(material: Material, angle: f64, step: f64) -> Setup {
     }
 }
 
+/// Rigid contacts: what the closed forms are for.
 fn tight() -> ConeSetup {
-    ConeSetup { tolerance: 1e-8, iterations: 2000, ..ConeSetup::default() }
+    ConeSetup { elastic: false, tolerance: 1e-8, iterations: 2000, ..ConeSetup::default() }
 }
 
 /// A ball that cannot turn: a block.
@@ -205,6 +207,73 @@ fn the_settled_bed_of_dem_p_starts_dem_c() {
     // Soft grains overlap: undone, the bed rises a little. It neither jumps nor collapses.
     assert!(after - before > -5e-5 && after - before < 5e-4, "the bed moved by {:e} m", after - before);
     assert!(engine.state().rows.iter().all(|r| r[INV_M] > 0.0));
+}
+
+#[test]
+fn an_obstacle_on_sand_weighs_what_it_weighs() {
+    let (setup, grains, _) = sand(400);
+    let mut engine = ConeEngine::new(setup, ConeSetup::default(), &grains, 1).unwrap();
+    settle(&mut engine, &Settle { most_time: 3.0, ..Settle::default() }, "settling", &mut |_, _| true).unwrap();
+    let top = engine.state().rows.iter().map(|r| r[2] + r[3]).fold(0.0, f64::max);
+    let (mass, z) = (0.5, top + 0.031);
+    let state = RigidState { position: [0.0, 0.0, z].into(), ..RigidState::default() };
+    let free = FreeBody::new(Solid::Box([0.06, 0.06, 0.06]), MassOf::Mass(mass), state, false).unwrap();
+    let mut bodies = [Body::new(Box::new(free), 0)];
+    engine.advance(800, &mut bodies).unwrap();
+    let mut up = 0.0;
+    for _ in 0..200 {
+        engine.advance(1, &mut bodies).unwrap();
+        up += bodies[0].force[2] / 200.0;
+    }
+    relative("3.5 obstacle", "force of the sand on a box over its weight", "1", 1.0, up / (mass * G), 0.02);
+    let now = bodies[0].shape.as_free().unwrap().now.state;
+    assert!(now.velocity.norm() < 0.01 && now.position[2] > 0.5 * top && now.position[2] < z, "{now:?}");
+    // One as light as the grains would be thrown about.
+    let light = FreeBody::new(Solid::Sphere(0.006), MassOf::Mass(0.003), state, false).unwrap();
+    let e = engine.advance(1, &mut [Body::new(Box::new(light), 0)]).unwrap_err().to_string();
+    assert!(e.contains("mass of an obstacle") && e.contains("20 times"), "{e}");
+}
+
+#[test]
+fn elastic_contacts_hold_slide_and_roll_as_rigid_ones_do() {
+    let elastic = ConeSetup { elastic: true, ..tight() };
+    let mu: f64 = 0.5;
+    for (angle, holds) in [(0.99 * mu.atan(), true), (1.1 * mu.atan(), false)] {
+        let mut engine = block(plane(rough(mu), angle, 1e-3), 0.0);
+        let state = engine.state().clone();
+        engine = ConeEngine::with_state(engine.setup().clone(), elastic, state, ConeState::default(), 1).unwrap();
+        engine.advance(1000, &mut []).unwrap();
+        let v = engine.state().rows[0][4];
+        if holds {
+            below("3.1 elastic, below the angle", "speed after 1 s", "m/s", v.abs(), 1e-6);
+        } else {
+            let expected = G * (angle.sin() - mu * angle.cos());
+            relative("3.1 elastic, above the angle", "speed after 1 s", "m/s", expected, v, 0.01);
+        }
+    }
+    let ball = Grain { velocity: [1.0, 0.0, 0.0], ..Grain::at([0.0, 0.0, 0.05], 0.05, 1000.0) };
+    let mut engine = ConeEngine::new(plane(rough(0.3), 0.0, 1e-3), elastic, &[ball], 1).unwrap();
+    engine.advance(300, &mut []).unwrap();
+    relative("3.2 elastic", "speed once it rolls", "m/s", 5.0 / 7.0, engine.state().rows[0][4], 0.01);
+}
+
+#[test]
+fn a_grain_without_mass_and_one_that_is_no_number_are_named() {
+    let (setup, grains, _) = sand(10);
+    let with = |change: fn(&mut fmu_terrain::dem::grains::Row), friction: f64| {
+        let mut state = fmu_terrain::dem::DemState::of(&grains, setup.walls.len());
+        change(&mut state.rows[3]);
+        let materials = setup.materials.iter().map(|m| Material { friction, ..*m }).collect();
+        let setup = Setup { materials, ..setup.clone() };
+        ConeEngine::with_state(setup, ConeSetup::default(), state, ConeState::default(), 1).err().map(|e| e.to_string())
+    };
+    assert_eq!(with(|_| (), 0.5), None);
+    let e = with(|r| r[INV_M] = f64::INFINITY, 0.5).unwrap();
+    assert!(e.contains("grain") && e.contains("mass greater than 0"), "{e}");
+    let e = with(|r| r[4] = f64::NAN, 0.5).unwrap();
+    assert!(e.contains("grain"), "{e}");
+    let e = with(|_| (), -0.5).unwrap();
+    assert!(e.contains("friction") && e.contains("-0.5"), "{e}");
 }
 
 #[test]

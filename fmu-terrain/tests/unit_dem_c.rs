@@ -1,5 +1,6 @@
 //! The model `terrain_dem_c` through the safe side of the interface.
 
+use std::sync::{Arc, Mutex};
 use terramech_fmi2::instance::Instance;
 
 const H: f64 = 1e-3;
@@ -97,6 +98,31 @@ fn each_engine_starts_from_the_bed_of_the_other() {
         }
     }
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_solver_that_does_not_converge_and_odd_adhesion_are_told() {
+    let told = Arc::new(Mutex::new(Vec::<String>::new()));
+    let log = Arc::clone(&told);
+    let mut i = Instance::new(
+        fmu_terrain::dem_c::model(),
+        None,
+        Box::new(move |_, text| log.lock().unwrap().push(text.into())),
+    );
+    // 20 kPa, given in kPa.
+    let text = r#"{"soil": {"radius": {"equal": 0.01}, "adhesion": {"pressure": 0.02}},
+        "bed": {"length": 0.12, "width": 0.1, "fill": {"depth": 0.03}}, "dem_c": {"iterations": 1, "tolerance": 1e-12}}"#;
+    let v = vr(&i, "specification");
+    i.set_string(v, text).unwrap();
+    i.setup(0.0, None).unwrap();
+    i.enter_initialization().unwrap();
+    i.exit_initialization().unwrap();
+    i.do_step(0.0, H).unwrap();
+    let unconverged = vr(&i, "solver.unconverged");
+    assert!(i.integer(unconverged).unwrap() > 0);
+    let told = told.lock().unwrap().join("\n");
+    assert!(told.contains("worst contact at") && told.contains("before 0.0010 s"), "{told}");
+    assert!(told.contains("soil.adhesion") && told.contains("a pressure in Pa"), "{told}");
 }
 
 #[test]

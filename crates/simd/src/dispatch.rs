@@ -67,6 +67,40 @@ mod tests {
         }
     }
 
+    struct Turn<'a>(&'a [[f64; 8]; 8]);
+    impl Kernel for Turn<'_> {
+        type Output = [[f64; 8]; 8];
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> Self::Output {
+            let mut c = L::columns(self.0.each_ref());
+            // Lane by lane: 4 where the first column is above 1, its root over 2 else; at least what the second column says.
+            let high = L::splat(4.0).where_more(c[0], L::splat(1.0));
+            c[0] = (c[0].sqrt().over(L::splat(2.0)).where_more(L::splat(1.0), c[0]) + high).max(c[1]);
+            L::rows(c)
+        }
+    }
+
+    #[test]
+    fn every_path_turns_rows_and_chooses_lanes() {
+        let rows: [[f64; 8]; 8] = std::array::from_fn(|k| {
+            std::array::from_fn(|c| if c == 0 { 0.25 * k as f64 } else { (10 * k + c) as f64 / 40.0 })
+        });
+        let mut expected = rows;
+        for r in &mut expected {
+            let x = if r[0] > 1.0 {
+                4.0
+            } else if r[0] < 1.0 {
+                r[0].sqrt() / 2.0
+            } else {
+                0.0
+            };
+            r[0] = f64::max(x, r[1]);
+        }
+        for isa in Isa::ALL {
+            assert_eq!(dispatch(isa, Turn(&rows)), expected, "{isa}");
+        }
+    }
+
     #[test]
     fn every_path_computes_the_same() {
         let x: Vec<f64> = (0..104).map(f64::from).collect();

@@ -3,6 +3,7 @@
 //! Row names are `<bench>.<case>.<quantity>`; they are stable, so that results of different days can be compared.
 
 mod dem;
+mod dem_c;
 mod master;
 mod tire;
 mod vehicle;
@@ -29,6 +30,7 @@ type Bench = (&'static str, &'static str, fn() -> Result<Vec<Row>>);
 
 const BENCHES: &[Bench] = &[
     ("dem", "granular engine beside LAMMPS, 20k and 100k grains, 1 and 2 threads", dem::dem),
+    ("dem-c", "complementarity engine, 20k and 100k grains, settled and driven, 1 and 2 threads", dem_c::dem_c),
     ("tire", "flexible tire, rolling in contact, 1 and 2 threads, split into its parts", tire::tire),
     ("vehicle", "HMMWV at 1e-3 s on one core", vehicle::vehicle),
     ("vehicle-on-soil", "the obstacle study as published, 923,000 grains, per unit", vehicle_on_soil::vehicle_on_soil),

@@ -12,7 +12,7 @@ pub mod platform;
 pub use crate::rigid::config::Rigid;
 pub use dem_p::DemP;
 pub use obstacles::{Obstacle, ObstacleShape};
-pub use other::{DemC, Scm, Solver};
+pub use other::{Contacts, DemC, Scm, Solver};
 pub use pairs::{MaterialName, PairValues};
 pub use platform::Platform;
 

@@ -12,13 +12,16 @@ pub struct DemC {
     pub step: f64,
     /// Solver of the cone problem.
     pub solver: Solver,
+    /// Elastic contacts have the stiffness of the soil's Young's modulus, taken implicitly; rigid ones none: friction and cohesion are all
+    /// that counts, and a solve takes about ten times as many iterations.
+    pub contacts: Contacts,
     /// Residual at which a solve ends (m/s).
     pub tolerance: f64,
     /// Iterations of the solver per step at most.
     pub iterations: u32,
-    /// Time over which an overlap is undone (s).
+    /// Time over which an overlap of rigid contacts is undone (s).
     pub recovery_time: f64,
-    /// Fastest that an overlap is undone (m/s).
+    /// Fastest that an overlap of rigid contacts is undone (m/s).
     pub recovery_speed: f64,
 }
 
@@ -26,8 +29,10 @@ pub struct DemC {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Solver {
-    /// Nesterov's accelerated projected gradient with adaptive restart.
+    /// Projected over-relaxation, parallel by blocks: fastest where grains are compliant.
     #[default]
+    Relaxation,
+    /// Nesterov's accelerated projected gradient with adaptive restart: for rigid grains in deep beds.
     Nesterov,
     /// Spectral projected gradient.
     BarzilaiBorwein,
@@ -35,11 +40,23 @@ pub enum Solver {
     GaussSeidel,
 }
 
+/// What contacts are made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Contacts {
+    /// Hertz's spring, implicit in time.
+    #[default]
+    Elastic,
+    /// No spring: an overlap is undone over `recovery_time`.
+    Rigid,
+}
+
 impl Default for DemC {
     fn default() -> Self {
         Self {
             step: 1e-3,
             solver: Solver::default(),
+            contacts: Contacts::default(),
             tolerance: 1e-3,
             iterations: 200,
             recovery_time: 0.05,

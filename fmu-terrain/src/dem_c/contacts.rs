@@ -4,6 +4,11 @@
 //! the margin. Its impulses at the end of the step start the next one; they are kept where DEM-P keeps its histories, so that sorting
 //! carries them along: `slip` holds the impulse on the first grain (N s) and 1 plus the slip speed at the end (m/s), `roll` the couple over R* (N s).
 //!
+//! **Elastic contacts** (the default) are Hertz's and Mindlin's, taken implicitly: the force after the step is that of the present overlap less k times what
+//! the surfaces approach in the step, k the tangent stiffness; tangentially the force of the step before, less k times the slip. So N gains
+//! 1/(k h^2) on its diagonal, the cone problem is well conditioned (a tenth of the iterations), forces are unique, a bed of DEM-P
+//! goes on with its own overlaps, and one at rest has no residual. With rigid contacts an overlap is undone over the recovery time instead.
+//!
 //! **Without the lift.** The relaxation asks u_n - mu |u_t| >= 0: taken as it is, a contact that slides at 5 m/s with mu .5 is thrown
 //! up at 2.5 m/s. b_n therefore holds mu |u_t| as well (the change of variable of De Saxce and Feng 1998), with the slip of the step before; of a
 //! new contact, that before contact. What is left of the lift is mu h times the change of slip in a step.
@@ -39,6 +44,10 @@ pub struct World<'a> {
     pub bounce: f64,
     pub adhesion_scale: f64,
     pub rolling: bool,
+    /// Whether contacts have the elasticity of their materials; else they are rigid.
+    pub elastic: bool,
+    /// This step over the last: what impulses of the last one are worth in this.
+    pub ratio: f64,
 }
 
 /// Who a contact belongs to: where its impulses go.
@@ -62,6 +71,10 @@ pub struct Made {
     pub frame: Vec<[f64; 4]>,
     pub class: Vec<u8>,
     pub cohesion: Vec<f64>,
+    pub compliance: Vec<f64>,
+    pub bias: Vec<Vec3>,
+    pub couple_compliance: Vec<f64>,
+    pub couple_bias: Vec<Vec3>,
     pub lever: Vec<[f64; 2]>,
     pub force: Vec<Vec3>,
     pub couple: Vec<Vec3>,
@@ -92,6 +105,10 @@ impl Made {
         self.frame.clear();
         self.class.clear();
         self.cohesion.clear();
+        self.compliance.clear();
+        self.bias.clear();
+        self.couple_compliance.clear();
+        self.couple_bias.clear();
         self.lever.clear();
         self.force.clear();
         self.couple.clear();
@@ -117,8 +134,36 @@ struct Meeting {
     lever: [f64; 2],
     /// Part of the pair's adhesion that is this contact's.
     share: f64,
+    /// Inverse of the effective mass (1/kg).
+    inv_m: f64,
     force: Vec3,
     couple: Vec3,
+}
+
+/// Hertz's spring at the present overlap, as the implicit step feels it.
+struct Spring {
+    /// 1/(k h max(h, alpha)) (1/kg), alpha the material's damping over its stiffness.
+    compliance: f64,
+    /// Force at the present overlap (N); negative across a gap.
+    force: f64,
+}
+
+/// Overlap over R* below which the spring is linear: at a first touch Hertz's has no stiffness at all.
+const LINEAR: f64 = 0.005;
+
+/// Overlap over R* beyond which a contact is a misplaced one: its overlap is undone as that of a rigid contact.
+const DEEPEST: f64 = 0.25;
+
+impl Spring {
+    fn of(pair: &Pair, m: &Meeting, h: f64) -> Self {
+        let (overlap, least) = (-m.gap, LINEAR * m.r_eff);
+        let tangent = 2.0 * pair.e_star * (m.r_eff * overlap.max(least)).sqrt();
+        let secant = 2.0 / 3.0 * tangent;
+        let k = if overlap > least { tangent } else { secant };
+        // An implicit step damps as a dashpot k h does: a material that damps more gets the rest, or small steps would ring.
+        let alpha = 2.0 * pair.damping_ratio / (k * m.inv_m).sqrt();
+        Self { compliance: 1.0 / (k * h * h.max(alpha)), force: secant * overlap }
+    }
 }
 
 /// Slip speed to reckon with: the one kept (as 1 + speed; 0 = none), else that of the velocities before contact.
@@ -138,27 +183,51 @@ impl World<'_> {
     }
 
     fn push(&self, pair: &Pair, class: usize, m: Meeting, made: &mut Made) {
-        // A gap may close within the step; an overlap is undone over a longer time, or a bed of many layers would jump: the speeds of its layers add up.
-        let stabilised =
-            if m.gap > 0.0 { m.gap / self.h } else { (m.gap / self.recovery_time.max(self.h)).max(-self.recovery) };
-        // A touching contact that was hit bounces.
-        let bounced = if m.gap <= 0.0 && m.apart < -self.bounce { pair.restitution * m.apart } else { f64::INFINITY };
-        made.owner.push(m.owner);
-        made.a.push(m.a);
-        made.b.push(m.b);
-        let lift = pair.friction * m.slip;
-        made.frame.push([m.n[0], m.n[1], m.n[2], stabilised.min(bounced) + lift]);
-        made.class.push(class as u8);
         let a = &pair.adhesion;
         // It holds what touches, to a hundredth of a radius: the relaxation opens sliding contacts by mu v h.
         let holds = if m.gap <= 0.01 * m.r_eff { self.adhesion_scale * m.share } else { 0.0 };
         let full =
             a.constant + a.dmt * m.r_eff.sqrt() + a.perko * m.r_eff + PI * m.r_adhesion * m.r_adhesion * a.pressure;
-        made.cohesion.push(holds * full * self.h);
-        made.force.push(m.force);
+        let cohesion = holds * full * self.h;
+        // A gap may close within the step; an overlap is undone over a longer time, or a bed of many layers would jump: the speeds of its layers add up.
+        let stabilised =
+            if m.gap > 0.0 { m.gap / self.h } else { (m.gap / self.recovery_time.max(self.h)).max(-self.recovery) };
+        // A touching contact that was hit bounces.
+        let bounced = if m.gap <= 0.0 && m.apart < -self.bounce { pair.restitution * m.apart } else { f64::INFINITY };
+        let lift = pair.friction * m.slip;
+        let mut b = stabilised.min(bounced);
+        let force = scale(self.ratio, m.force);
+        let couple = scale(self.ratio, m.couple);
+        if self.elastic {
+            // One that bounces is rigid for this step, or its spring would take the bounce away.
+            // Neither has one that somebody has put deep into another.
+            let springy = !bounced.is_finite() && -m.gap <= DEEPEST * m.r_eff;
+            let spring = springy.then(|| Spring::of(pair, &m, self.h));
+            let tangential = reject(force, m.n);
+            let e = spring.as_ref().map_or(0.0, |s| s.compliance);
+            if let Some(spring) = &spring {
+                b = e * (cohesion - spring.force * self.h);
+            }
+            made.compliance.push(e);
+            made.bias.push(scale(-e, tangential));
+            if self.rolling {
+                // The element of model C on the relative rotation: 2.25 k_n (mu_r R*)^2, for the couple over R*.
+                let mu = pair.rolling_friction.max(pair.spinning_friction);
+                let e = if mu > 0.0 { e / (2.25 * mu * mu) } else { 0.0 };
+                made.couple_compliance.push(e);
+                made.couple_bias.push(scale(-e, couple));
+            }
+        }
+        made.owner.push(m.owner);
+        made.a.push(m.a);
+        made.b.push(m.b);
+        made.frame.push([m.n[0], m.n[1], m.n[2], b + lift]);
+        made.class.push(class as u8);
+        made.cohesion.push(cohesion);
+        made.force.push(force);
         if self.rolling {
             made.lever.push(m.lever);
-            made.couple.push(m.couple);
+            made.couple.push(couple);
         }
     }
 
@@ -209,6 +278,7 @@ impl World<'_> {
                 r_adhesion: ra.min(rb),
                 lever: if sign > 0.0 { [rb / reach, ra / reach] } else { [ra / reach, rb / reach] },
                 share: 1.0,
+                inv_m: a[INV_M] + b[INV_M],
                 force: scale(sign, [slip[0], slip[1], slip[2]]),
                 couple: slab.roll.get(p).map_or([0.0; 3], |q| scale(sign, *q)),
             };
@@ -242,6 +312,7 @@ impl World<'_> {
                 r_adhesion: row[R],
                 lever: [1.0, 1.0],
                 share: 1.0,
+                inv_m: row[INV_M],
                 force: [pair.slip.0[0], pair.slip.0[1], pair.slip.0[2]],
                 couple: pair.roll,
             };
@@ -325,6 +396,7 @@ impl World<'_> {
             r_adhesion: row[R],
             lever: [1.0, 1.0],
             share: touch.share,
+            inv_m: row[INV_M],
             force,
             couple,
         };

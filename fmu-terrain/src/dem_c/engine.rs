@@ -8,6 +8,7 @@
 //! `contacts.rs`). Cohesion is the impulse c h.
 
 use super::contacts::{Made, PRESCRIBED, World, ball, classes, keep};
+use super::obstacles;
 use crate::dem::body::BodyLoad;
 use crate::dem::diagnostics::Touched;
 use crate::dem::engine::Setup;
@@ -35,11 +36,23 @@ pub struct ConeSetup {
     pub recovery_time: f64,
     /// Fastest that an overlap is undone (m/s).
     pub recovery_speed: f64,
+    /// Whether contacts have the elasticity of their materials; else they are rigid.
+    pub elastic: bool,
+    /// Longest inner step of what obstacles meet beside grains (s).
+    pub obstacle_step: f64,
 }
 
 impl Default for ConeSetup {
     fn default() -> Self {
-        Self { method: Method::Nesterov, tolerance: 1e-3, iterations: 200, recovery_time: 0.05, recovery_speed: 0.1 }
+        Self {
+            method: Method::Relaxation,
+            tolerance: 1e-3,
+            iterations: 200,
+            recovery_time: 0.05,
+            recovery_speed: 0.1,
+            elastic: true,
+            obstacle_step: 4e-5,
+        }
     }
 }
 
@@ -50,6 +63,8 @@ pub struct ConeState {
     pub skin: f64,
     /// Lipschitz constant found last (1).
     pub lipschitz: f64,
+    /// Last step (s): impulses are kept for it; 0 = none yet.
+    pub step: f64,
     /// Furthest that a grain is from where it was when the lists were made (m).
     pub moved: f64,
     /// Steps whose solve did not reach the tolerance.
@@ -116,6 +131,8 @@ impl ConeEngine {
             ("skin", setup.skin),
             ("tolerance", cone.tolerance),
             ("recovery speed", cone.recovery_speed),
+            ("recovery time", cone.recovery_time),
+            ("step of obstacles", cone.obstacle_step),
         ] {
             if !(x.is_finite() && x > 0.0) {
                 return Err(DemError::parameter(what, x, "a finite number greater than 0"));
@@ -124,12 +141,37 @@ impl ConeEngine {
         if cone.iterations == 0 {
             return Err(DemError::parameter("iterations", 0, "at least 1"));
         }
+        for (row, id) in state.rows.iter().zip(&state.ids) {
+            // 1/m is infinite without mass; a fixed grain has 1/m = 0.
+            if !(row[INV_M].is_finite() && row[INV_M] >= 0.0 && row[R].is_finite() && row[R] > 0.0) {
+                let given = format!("radius {} m, 1/m {} 1/kg", row[R], row[INV_M]);
+                return Err(DemError::parameter(format!("grain {id}"), given, "a radius and a mass greater than 0"));
+            }
+            if !row.iter().all(|x| x.is_finite()) {
+                return Err(DemError::NotFinite { id: *id, time: state.time });
+            }
+        }
         if own.skin == 0.0 {
             // Histories of another engine mean something else.
             state.forget_contacts();
             state.stale = true;
         }
         let pairs = PairTable::new(&setup.materials, &setup.overrides);
+        for p in pairs.all() {
+            for (what, x) in [
+                ("friction", p.friction),
+                ("rolling friction", p.rolling_friction),
+                ("spinning friction", p.spinning_friction),
+            ] {
+                if !(x.is_finite() && x >= 0.0) {
+                    return Err(DemError::parameter(what, x, "a finite number, at least 0"));
+                }
+            }
+            if cone.elastic && !(p.e_star.is_finite() && p.e_star > 0.0) {
+                let allowed = "greater than 0 and finite for elastic contacts";
+                return Err(DemError::parameter("effective Young's modulus", p.e_star, allowed));
+            }
+        }
         if pairs.all().len() > 256 {
             return Err(DemError::parameter("materials", setup.materials.len(), "at most 16"));
         }
@@ -253,9 +295,10 @@ impl ConeEngine {
             let after = body.shape.bounds();
             body.shape.move_to(t);
             let before = body.shape.bounds();
-            body.force = [0.0; 3];
             let moved = (0..3).flat_map(|k| [(after[0][k] - before[0][k]).abs(), (after[1][k] - before[1][k]).abs()]);
-            reach.push(moved.filter(|x| x.is_finite()).fold(0.0, f64::max));
+            let moved = moved.filter(|x| x.is_finite()).fold(0.0, f64::max);
+            reach.push(moved.max(obstacles::reach(body, h)));
+            (body.force, body.moment) = ([0.0; 3], [0.0; 3]);
         }
         self.pose(bodies, &reach);
         let parallel = self.team.threads() > 1;
@@ -269,12 +312,14 @@ impl ConeEngine {
             if self.own.lipschitz > 0.0 { Memory { lipschitz: self.own.lipschitz } } else { Memory::default() };
         let outcome = cone::solve(&mut self.problem, &mut self.impulses, &mut memory, &options);
         self.own.lipschitz = memory.lipschitz;
+        self.own.step = self.setup.step;
         self.own.unconverged += u64::from(!outcome.converged);
         self.total = [self.total[0] + 1, self.total[1] + u64::from(outcome.iterations)];
         let contacts = self.problem.contacts();
         let worst = self.problem.a.get(outcome.worst).map_or([0.0; 3], |&a| vec_at(&self.state.rows[a as usize], 0));
         self.report = StepReport { contacts, outcome, worst };
         self.hand_out(bodies);
+        obstacles::advance(bodies, &self.setup, &self.pairs, t, self.cone.obstacle_step);
         self.integrate(last)
     }
 
@@ -296,39 +341,75 @@ impl ConeEngine {
             bounce: 4.0 * g * self.setup.step + 1e-3,
             adhesion_scale: state.adhesion_scale,
             rolling: self.rolling,
+            elastic: self.cone.elastic,
+            ratio: if self.own.step > 0.0 { self.setup.step / self.own.step } else { 1.0 },
         };
         self.made.resize_with(state.slabs.len(), Made::default);
         let tasks = state.slabs.iter().zip(&mut self.made).collect();
         self.team.each(tasks, |(slab, made)| world.contacts(slab, made));
 
-        let p = &mut self.problem;
-        p.clear();
-        self.impulses.force.clear();
-        self.impulses.couple.clear();
-        p.bodies.extend(state.rows.iter().map(ball));
-        p.movable = p.bodies.len();
-        p.bodies.push([0.0; 8]);
-        let adhesion = self.pairs.any_adhesion();
-        for (made, slab) in self.made.iter().zip(&state.slabs) {
+        // Vectors keep their length from step to step, and slabs fill them side by side.
+        let (p, made, team) = (&mut self.problem, &self.made, &*self.team);
+        let (movable, mut contact, mut prescribed) = (state.rows.len(), 0, state.rows.len() + 1);
+        p.movable = movable;
+        p.blocks.clear();
+        let mut offsets = Vec::with_capacity(made.len());
+        for (made, slab) in made.iter().zip(&state.slabs) {
             let [first, last, end] = [slab.first, slab.last, slab.halo].map(|x| x as usize);
-            p.blocks.push(cone::Block { contact: p.a.len(), first, last, end });
-            let offset = p.bodies.len() as u32;
-            p.a.extend(&made.a);
-            p.b.extend(made.b.iter().map(|&b| match b {
-                u32::MAX => state.rows.len() as u32,
-                b if b & PRESCRIBED != 0 => offset + (b & !PRESCRIBED),
-                b => b,
-            }));
-            p.bodies.extend(&made.prescribed);
-            p.frame.extend(&made.frame);
-            p.class.extend(&made.class);
-            if adhesion {
-                p.cohesion.extend(&made.cohesion);
-            }
-            p.lever.extend(&made.lever);
-            self.impulses.force.extend(&made.force);
-            self.impulses.couple.extend(&made.couple);
+            p.blocks.push(cone::Block { contact, first, last, end });
+            offsets.push(prescribed as u32);
+            contact += made.a.len();
+            prescribed += made.prescribed.len();
         }
+        p.bodies.resize(prescribed, [0.0; 8]);
+        p.bodies[movable] = [0.0; 8];
+        let (free, others) = p.bodies.split_at_mut(movable);
+        let mut tasks = Vec::with_capacity(made.len());
+        let mut rest = free;
+        for slab in &state.slabs {
+            let (own, after) = rest.split_at_mut((slab.last - slab.first) as usize);
+            tasks.push((own, &state.rows[slab.grains()]));
+            rest = after;
+        }
+        team.each(tasks, |(to, from)| to.iter_mut().zip(from).for_each(|(to, row)| *to = ball(row)));
+        let mut rest = &mut others[1..];
+        for made in made {
+            let (own, after) = rest.split_at_mut(made.prescribed.len());
+            own.copy_from_slice(&made.prescribed);
+            rest = after;
+        }
+        p.b.resize(contact, 0);
+        let mut tasks = Vec::with_capacity(made.len());
+        let mut rest = &mut p.b[..];
+        for (made, &offset) in made.iter().zip(&offsets) {
+            let (own, after) = rest.split_at_mut(made.b.len());
+            tasks.push((own, &made.b, offset));
+            rest = after;
+        }
+        team.each(tasks, |(to, from, offset)| {
+            for (to, &b) in to.iter_mut().zip(from) {
+                *to = match b {
+                    u32::MAX => movable as u32,
+                    b if b & PRESCRIBED != 0 => offset + (b & !PRESCRIBED),
+                    b => b,
+                };
+            }
+        });
+        join(team, &mut p.a, made, |m| &m.a);
+        join(team, &mut p.frame, made, |m| &m.frame);
+        join(team, &mut p.class, made, |m| &m.class);
+        if self.pairs.any_adhesion() {
+            join(team, &mut p.cohesion, made, |m| &m.cohesion);
+        } else {
+            p.cohesion.clear();
+        }
+        join(team, &mut p.compliance, made, |m| &m.compliance);
+        join(team, &mut p.bias, made, |m| &m.bias);
+        join(team, &mut p.lever, made, |m| &m.lever);
+        join(team, &mut p.couple_compliance, made, |m| &m.couple_compliance);
+        join(team, &mut p.couple_bias, made, |m| &m.couple_bias);
+        join(team, &mut self.impulses.force, made, |m| &m.force);
+        join(team, &mut self.impulses.couple, made, |m| &m.couple);
     }
 
     /// Impulses to where they act and where they are kept.
@@ -341,7 +422,8 @@ impl ConeEngine {
         let outs: Vec<(Vec<Vec3>, Vec<BodyLoad>)> = self.team.map_each(tasks, |((slab, made), start)| {
             let impulse = |c: usize| {
                 let couple = impulses.couple.get(start + c).copied().unwrap_or_default();
-                (impulses.force[start + c], couple, problem.slip_speed(start + c))
+                let force = impulses.force[start + c];
+                (force, couple, problem.slip_speed(start + c, force))
             };
             let (mut wall_force, mut loads) = (vec![[0.0; 3]; walls], Vec::new());
             keep(slab, made, rows, rolling, h, impulse, &mut wall_force, &mut loads);
@@ -403,6 +485,20 @@ impl ConeEngine {
     }
 }
 
+/// One list of all slabs, in their order.
+fn join<T: Copy + Default + Send + Sync>(team: &Team, to: &mut Vec<T>, made: &[Made], list: impl Fn(&Made) -> &Vec<T>) {
+    to.resize(made.iter().map(|m| list(m).len()).sum(), T::default());
+    let mut tasks = Vec::with_capacity(made.len());
+    let mut rest = &mut to[..];
+    for m in made {
+        let from = list(m);
+        let (own, after) = rest.split_at_mut(from.len());
+        tasks.push((own, from));
+        rest = after;
+    }
+    team.each(tasks, |(to, from)| to.copy_from_slice(from));
+}
+
 impl GrainEngine for ConeEngine {
     fn setup(&self) -> &Setup {
         &self.setup
@@ -411,6 +507,8 @@ impl GrainEngine for ConeEngine {
     fn advance(&mut self, steps: u32, bodies: &mut [Body]) -> Result<(), DemError> {
         let team = Arc::clone(&self.team);
         let h = self.setup.step;
+        let least = self.state.rows.iter().map(|r| r[INV_M]).filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
+        obstacles::check(bodies, if least.is_finite() { 1.0 / least } else { 0.0 })?;
         team.enter(|| {
             (0..steps).try_for_each(|k| {
                 // Grains that fall or fly take the step in parts.

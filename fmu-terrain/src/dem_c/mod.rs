@@ -1,10 +1,12 @@
 //! Complementarity granular soil (DEM-C): rigid grains, unilateral contact with Coulomb friction and cohesion, steps of about 1e-3 s.
 //!
-//! [`engine`] is the step, `contacts.rs` makes the problem that [`terramech_mechanics::cone`] solves. Grains, sorting, lists, walls, bodies, meshes,
+//! [`engine`] is the step, `contacts.rs` makes the problem (elastic contacts by default, or rigid ones) that [`terramech_mechanics::cone`] solves,
+//! `obstacles.rs` moves free bodies. Grains, sorting, lists, walls, bodies, meshes,
 //! sampling and settling are those of [`crate::dem`] and [`crate::mesh`].
 
 mod contacts;
 pub mod engine;
+mod obstacles;
 
 pub use engine::{ConeEngine, ConeSetup, ConeState, StepReport};
 
@@ -26,8 +28,8 @@ pub fn model() -> Model {
     model
 }
 
-/// The specification that a fresh FMU carries: that of `terrain_dem_p` with inner step and solver, in a smaller box, since a step of this model costs
-/// a hundred iterations and a default has to initialise in seconds.
+/// The specification that a fresh FMU carries: that of `terrain_dem_p` with inner step and solver, in a smaller box, since a default has to initialise in
+/// seconds.
 pub fn default_specification() -> String {
     let bed = Bed { length: 0.2, width: 0.12, fill: Fill::Depth(0.03), ..Bed::default() };
     let spec = Terrain { bed, dem_c: Some(crate::config::DemC::default()), ..Terrain::default() };
@@ -35,7 +37,8 @@ pub fn default_specification() -> String {
 }
 
 const DOCUMENTATION: &str = "Rigid spheres in a box without a lid. Contacts are unilateral, with Coulomb friction, rolling and spinning \
-resistance and cohesion, solved together in each inner step as a cone-complementarity problem; Young's modulus plays no part. \
+resistance and cohesion, solved together in each inner step as a cone-complementarity problem; Contacts have the stiffness of the \
+soil's Young's modulus, taken implicitly; with dem_c.contacts = rigid it plays no part. \
 The inner step is dem_c.step, 1e-3 s by default.
 
 Connectors and specification are those of terrain-dem-p: one replaces the other by the attribute 'source' or by --swap, and a bed \

@@ -9,7 +9,7 @@ use crate::config::{BODIES, Terrain};
 use crate::dem::grains::R;
 use crate::dem::{BedReport, Body, CpuEngine, DemState, FreeState, Solid};
 use crate::error::unit_error;
-use crate::soil_engine::SoilEngine;
+use crate::soil_engine::{SoilEngine, odd_adhesion};
 use crate::variables::Variables;
 use serde::{Deserialize, Serialize};
 use terramech_fmi2::{Host, LogCategory, Stage, Step, Unit, UnitError, Values, Var, specification, state};
@@ -139,6 +139,9 @@ impl<E: SoilEngine> GranularUnit<E> {
             (engine, file.report)
         };
         let BedReport { grains, height, cohesion_change, time, energy } = report;
+        if let Some(text) = odd_adhesion(&spec) {
+            host.log(LogCategory::Warning, &text);
+        }
         let made = if load.is_empty() { format!("settled in {time:.3} s") } else { format!("loaded from {load}") };
         host.log(
             LogCategory::Info,

@@ -52,7 +52,7 @@ fn project_step<const ROLL: bool>(problem: &Problem, parts: &mut Parts, t: f64) 
         for c in 0..part.contacts.len() {
             let k = part.contacts.start + c;
             let (force, couple) = (part.now.force[c], if ROLL { part.now.couple[c] } else { [0.0; 3] });
-            let slip = contact::<ROLL>(problem, &now, k).with_compliance(problem, k, force);
+            let slip = contact::<ROLL>(problem, &now, k).with_compliance(problem, k, force, couple);
             let to = slip.step::<ROLL>(problem, k, t, force, couple);
             let d = std::array::from_fn(|i| to.force[i] - force[i]);
             let dq = std::array::from_fn(|i| to.couple[i] - couple[i]);
@@ -60,6 +60,9 @@ fn project_step<const ROLL: bool>(problem: &Problem, parts: &mut Parts, t: f64) 
             sums.along += slip.work::<ROLL>(d, dq);
             if let Some(&compliance) = problem.compliance.get(k) {
                 sums.work += compliance * d.iter().map(|x| x * x).sum::<f64>();
+            }
+            if let Some(&compliance) = problem.couple_compliance.get(k) {
+                sums.work += compliance * dq.iter().map(|x| x * x).sum::<f64>();
             }
             let residual = slip.speed::<ROLL>(d, dq) / t;
             if residual > sums.residual || residual.is_nan() {

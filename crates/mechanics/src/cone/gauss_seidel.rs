@@ -18,7 +18,7 @@ pub fn solve<const ROLL: bool>(problem: &Problem, parts: &mut Parts, options: &O
         for &k in &order {
             let k = k as usize;
             let (force, couple) = (set.force[k], if ROLL { set.couple[k] } else { [0.0; 3] });
-            let slip = contact::<ROLL>(problem, &parts.now, k).with_compliance(problem, k, force);
+            let slip = contact::<ROLL>(problem, &parts.now, k).with_compliance(problem, k, force, couple);
             let to = slip.step::<ROLL>(problem, k, 1.0, force, couple);
             let d = std::array::from_fn(|i| to.force[i] - force[i]);
             let dq = std::array::from_fn(|i| to.couple[i] - couple[i]);

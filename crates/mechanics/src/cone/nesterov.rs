@@ -65,7 +65,7 @@ fn descend<const ROLL: bool>(problem: &Problem, parts: &mut Parts, t: f64, beta:
                 q_now = part.now.couple[c];
                 q = std::array::from_fn(|i| q_now[i] + beta * (q_now[i] - before[i]));
             }
-            let slip = contact::<ROLL>(problem, &at, k).with_compliance(problem, k, y);
+            let slip = contact::<ROLL>(problem, &at, k).with_compliance(problem, k, y, q);
             let to = slip.step::<ROLL>(problem, k, t, y, q);
             let minus = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| a[i] - b[i]) };
             let (d, dq) = (minus(to.force, y), minus(to.couple, q));
@@ -75,6 +75,9 @@ fn descend<const ROLL: bool>(problem: &Problem, parts: &mut Parts, t: f64, beta:
             if let Some(&compliance) = problem.compliance.get(k) {
                 // What E adds to the curvature along d: the bodies do not know of it.
                 sums.work += compliance * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+            }
+            if let Some(&compliance) = problem.couple_compliance.get(k) {
+                sums.work += compliance * (dq[0] * dq[0] + dq[1] * dq[1] + dq[2] * dq[2]);
             }
             let residual = slip.speed::<ROLL>(d, dq) / t;
             if residual > sums.residual || residual.is_nan() {

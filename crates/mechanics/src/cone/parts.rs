@@ -89,8 +89,8 @@ impl Parts {
         all.each(|_, part| {
             for c in 0..part.contacts.len() {
                 let k = part.contacts.start + c;
-                let slip = contact::<ROLL>(problem, &problem.bodies, k);
                 let (force, couple) = (part.now.force[c], part.now.couple.get(c).copied().unwrap_or_default());
+                let slip = contact::<ROLL>(problem, &problem.bodies, k).with_compliance(problem, k, force, couple);
                 let (f, q) = slip.cut::<ROLL>(problem, k, force, couple);
                 part.now.force[c] = f;
                 if ROLL {
@@ -186,7 +186,7 @@ impl Parts {
             for c in 0..part.contacts.len() {
                 let k = part.contacts.start + c;
                 let (force, couple) = (part.now.force[c], if ROLL { part.now.couple[c] } else { [0.0; 3] });
-                let slip = contact::<ROLL>(problem, &now, k).with_compliance(problem, k, force);
+                let slip = contact::<ROLL>(problem, &now, k).with_compliance(problem, k, force, couple);
                 let residual = slip.residual::<ROLL>(problem, k, force, couple);
                 if residual > sums.residual || residual.is_nan() {
                     (sums.residual, sums.worst) = (residual, k);

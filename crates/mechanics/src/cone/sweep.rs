@@ -46,14 +46,16 @@ pub fn contact<const ROLL: bool>(problem: &Problem, v: &[Row], k: usize) -> Slip
     let n = [nx, ny, nz];
     let s = [a[4] + b[4], a[5] + b[5], a[6] + b[6]];
     let turn = cross(n, s);
-    let u: Vec3 = std::array::from_fn(|c| a[c] - b[c] + turn[c] + bias * n[c]);
+    let more = problem.bias.get(k).copied().unwrap_or_default();
+    let u: Vec3 = std::array::from_fn(|c| a[c] - b[c] + turn[c] + bias * n[c] + more[c]);
     let w_n = a[3] + b[3];
     let w_t = w_n + a[7] + b[7];
     if !ROLL {
         return Slip { n, u, p: [0.0; 3], w_n, w_t, w_p: 0.0 };
     }
     let [la, lb] = problem.lever[k];
-    let p = std::array::from_fn(|c| la * a[4 + c] - lb * b[4 + c]);
+    let more = problem.couple_bias.get(k).copied().unwrap_or_default();
+    let p = std::array::from_fn(|c| la * a[4 + c] - lb * b[4 + c] + more[c]);
     Slip { n, u, p, w_n, w_t, w_p: la * la * a[7] + lb * lb * b[7] }
 }
 
@@ -64,13 +66,17 @@ pub struct Stepped {
 }
 
 impl Slip {
-    /// Adds what the compliance of the contact does under `force`.
+    /// Adds what the compliance of the contact does under `force` and `couple`.
     #[inline(always)]
-    pub fn with_compliance(mut self, problem: &Problem, k: usize, force: Vec3) -> Self {
+    pub fn with_compliance(mut self, problem: &Problem, k: usize, force: Vec3, couple: Vec3) -> Self {
         if let Some(&e) = problem.compliance.get(k) {
             self.u = more(self.u, e, force);
             self.w_n += e;
             self.w_t += e;
+        }
+        if let Some(&e) = problem.couple_compliance.get(k) {
+            self.p = more(self.p, e, couple);
+            self.w_p += e;
         }
         self
     }
