@@ -4,6 +4,7 @@
 //! cohesion; the settled bed comes from the first pass.
 
 mod checks;
+mod depth;
 
 use crate::pack;
 use crate::process::{fmus, root, run, target};
@@ -12,7 +13,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use terramech_results::report::{Axis, Item, Plot, Report, Style};
-use terramech_results::{CsvTable, Manifest, read_summary};
+use terramech_results::{CsvTable, Headline, Manifest, read_summary};
 
 /// The vehicle studies.
 const VEHICLE: [&str; 3] = ["straight-line", "obstacle", "turn"];
@@ -25,7 +26,7 @@ const PASSES: usize = 3;
 /// # Errors
 /// An unknown name, a run that fails, a file that cannot be written.
 pub fn study(name: Option<&str>) -> Result<()> {
-    let known = [&VEHICLE[..], &["multi-pass", "checks"]].concat();
+    let known = [&VEHICLE[..], &["multi-pass", "depth", "checks"]].concat();
     if let Some(name) = name.filter(|n| !known.contains(n)) {
         bail!("study '{name}' is unknown; there are: {}", known.join(", "));
     }
@@ -35,6 +36,7 @@ pub fn study(name: Option<&str>) -> Result<()> {
     for each in known.into_iter().filter(|k| name.is_none_or(|n| n == *k)) {
         match each {
             "multi-pass" => passes(&docs)?,
+            "depth" => depth::depth(&docs)?,
             "checks" => checks::checks(&docs)?,
             _ => vehicle(each, &docs)?,
         }
@@ -63,7 +65,7 @@ fn vehicle(name: &str, docs: &Path) -> Result<()> {
     terramech(&format!("{name}/system.ssd"), &out, &[])?;
     let csv = CsvTable::read(out.join("results.csv"))?;
     let report = Report::of_run(name, &csv, &[], &Manifest::start("", vec![]), vec![]);
-    for section in report.sections.iter().filter(|s| s.title.starts_with("Driving")) {
+    for section in report.sections.iter().filter(|s| s.title.starts_with("Driving") || s.title == "Energy") {
         for item in &section.items {
             if let Item::Plot(plot) = item {
                 let slug: String =
@@ -105,9 +107,7 @@ fn passes(docs: &Path) -> Result<()> {
             }
             terramech("multi-pass/system.ssd", &folder, &more)?;
             let found = read_summary(folder.join("summary.json"))?;
-            let value = |name: &str| {
-                found.iter().find(|h| h.name == name).map(|h| h.value).with_context(|| format!("no headline '{name}'"))
-            };
+            let value = |name: &str| headline(&found, name);
             let (sinkage, pull) = (value("sinkage")?, value("drawbar pull")?);
             let before = curves[0].last().copied().unwrap_or(0.0);
             writeln!(
@@ -131,6 +131,11 @@ fn passes(docs: &Path) -> Result<()> {
         writeln!(table, "\n![{}](multi-pass-{name}.svg)", plot.title)?;
     }
     write(&docs.join("multi-pass.md"), table.as_bytes())
+}
+
+/// A headline result by its name.
+fn headline(found: &[Headline], name: &str) -> Result<f64> {
+    found.iter().find(|h| h.name == name).map(|h| h.value).with_context(|| format!("no headline '{name}'"))
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {

@@ -65,7 +65,7 @@ pub fn settle(
     let limit = until.energy * weight / free as f64;
     // Often enough that a stop is prompt, seldom enough that looking costs nothing.
     let chunk = (1e-3 / step).ceil().clamp(1.0, 200.0) as u32;
-    let mut highest = 0.0_f64;
+    let (mut highest, mut shown) = (0.0_f64, 0.0_f64);
     loop {
         engine.advance(chunk, &mut [])?;
         let time = engine.state().time - start;
@@ -79,8 +79,9 @@ pub fn settle(
         }
         // Energy falls about exponentially: its logarithm is a fair measure of what is left.
         let fallen = if energy < highest { (highest / energy).ln() / (highest / limit).ln().max(1e-9) } else { 0.0 };
-        let fraction = fallen.min(time / until.least_time).clamp(0.0, 0.999);
-        if !progress(phase, fraction) {
+        // It may rise again for a while: what has been told is not taken back.
+        shown = shown.max(fallen.min(time / until.least_time).clamp(0.0, 0.999));
+        if !progress(phase, shown) {
             return Err(DemError::Cancelled(phase));
         }
     }
