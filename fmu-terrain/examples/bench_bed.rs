@@ -6,10 +6,11 @@
 //! other work runs on the machine. `cargo xtask bench dem` runs this next to LAMMPS.
 
 use fmu_terrain::dem::{
-    Body, CpuEngine, Cylinder, Fill, Grain, GrainEngine, Material, Radii, Recipe, Sample, Settle, Setup, Surface, Wall,
-    prepare,
+    Body, CpuEngine, Cylinder, Fill, Grain, GrainEngine, Material, Precision, Radii, Recipe, Sample, Settle, Setup,
+    Surface, Wall, prepare,
 };
 use std::fmt::Write as _;
+use std::io::IsTerminal as _;
 use std::path::Path;
 use std::time::Instant;
 
@@ -19,13 +20,14 @@ const RADIUS: f64 = 0.012;
 const DENSITY: f64 = 2500.0;
 
 fn main() -> Outcome<()> {
-    let (mut sizes, mut threads, mut beds, mut json) = (Vec::new(), vec![1, 2], None, false);
+    let (mut sizes, mut threads, mut beds, mut json, mut mixed) = (Vec::new(), vec![1, 2], None, false, false);
     let mut skin = Setup::default().skin;
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         match arg.as_str() {
             "--beds" => beds = args.next(),
             "--json" => json = true,
+            "--mixed" => mixed = true,
             "--skin" => skin = args.next().unwrap_or_default().parse()?,
             "--threads" => {
                 threads = args.next().unwrap_or_default().split(',').map(str::parse).collect::<Result<_, _>>()?;
@@ -42,7 +44,7 @@ fn main() -> Outcome<()> {
         );
     }
     for n in sizes {
-        bench(n, &threads, beds.as_deref().map(Path::new), json, skin)?;
+        bench(n, &threads, beds.as_deref().map(Path::new), json, skin, mixed)?;
     }
     Ok(())
 }
@@ -59,11 +61,12 @@ fn setup(n: usize) -> Setup {
     Setup { materials: vec![Material::default()], walls: Wall::open_box(length, width, 0, 0), ..Setup::default() }
 }
 
-fn bench(n: usize, threads: &[usize], beds: Option<&Path>, json: bool, skin: f64) -> Outcome<()> {
+fn bench(n: usize, threads: &[usize], beds: Option<&Path>, json: bool, skin: f64, mixed: bool) -> Outcome<()> {
     let (length, width) = base(n);
     let grains = settled(n, beds)?;
+    let precision = if mixed { Precision::Single } else { Precision::Double };
     for &threads in threads {
-        let mut engine = CpuEngine::new(Setup { skin, ..setup(n) }, &grains, threads)?;
+        let mut engine = CpuEngine::new(Setup { skin, precision, ..setup(n) }, &grains, threads)?;
         let height = Surface::of(engine.state(), length, width).mean();
         // The wheel is pressed in over 0.04 s, then driven at slip 1/3.
         let wheel = |centre, vx: f64, vz, w| {
@@ -129,10 +132,12 @@ fn settled(n: usize, beds: Option<&Path>) -> Outcome<Vec<Grain>> {
     let settle = Settle { energy: 1e-3, least_time: 0.1, most_time: 2.0 };
     let recipe = Recipe::new(sample, settle, 0.0);
     let (engine, _) = prepare(setup(n), &recipe, 2, &mut |what, done| {
-        eprint!("\r{n} grains: {what} {:3.0} % ", 100.0 * done);
+        if std::io::stderr().is_terminal() {
+            eprint!("\r{n} grains: {what} {:3.0} % ", 100.0 * done);
+        }
         true
     })?;
-    eprintln!();
+    eprintln!("{}{n} grains: the bed is made", if std::io::stderr().is_terminal() { "\r" } else { "" });
     let state = engine.state();
     let rows: Vec<_> = state.by_id().iter().map(|&i| state.rows[i as usize]).collect();
     if let (Some(file), Some(dir)) = (&file, beds) {

@@ -1,7 +1,7 @@
 //! What a user may get wrong: told with what, where, given and allowed, and nothing runs.
 
 use fmu_terrain::config::Terrain;
-use fmu_terrain::dem::{CpuEngine, DemError, DemState, Grain, GrainEngine, Setup, Solid, Wall};
+use fmu_terrain::dem::{Adhesion, CpuEngine, DemError, DemState, Grain, GrainEngine, Material, Setup, Solid, Wall};
 
 const R: f64 = 0.012;
 
@@ -18,6 +18,31 @@ fn a_step_above_the_critical_one_names_the_contact_and_the_step_that_is_allowed(
     let e = made(Setup { step: 1e-2, ..Setup::default() }, &[grain(0.0, 0.1)]).unwrap_err();
     assert!(matches!(e, DemError::StepTooLarge { step, critical, .. } if step == 1e-2 && critical < 1e-3), "{e}");
     assert!(e.to_string().contains("take a smaller step"), "{e}");
+}
+
+/// Adhesion presses grains together: contacts are stiffer there, and the critical step is shorter.
+#[test]
+fn adhesion_enters_the_critical_step() {
+    let soil = |pressure: f64| {
+        let adhesion = Adhesion { pressure, ..Adhesion::default() };
+        Setup { materials: vec![Material { adhesion, ..Material::default() }], ..Setup::default() }
+    };
+    let critical = |pressure: f64| {
+        let setup = Setup { step: 1.0, ..soil(pressure) };
+        match made(setup, &[grain(0.0, 0.1)]).unwrap_err() {
+            DemError::StepTooLarge { critical, overlap, .. } => (critical, overlap),
+            e => panic!("{e}"),
+        }
+    };
+    let (plain, light, strong) = (critical(0.0), critical(1e3), critical(4e5));
+    assert_eq!(plain, light);
+    // Hertz with a wall or between grains: the spring at that overlap carries the pull.
+    let (e_star, pull) = (1e7 / (2.0 * 0.91), std::f64::consts::PI * R * R * 4e5);
+    let carried = 4.0 / 3.0 * e_star * (0.5 * R * strong.1).sqrt() * strong.1;
+    assert!((carried / pull - 1.0).abs() < 1e-6 || (carried / pull - 0.5_f64.sqrt()).abs() < 1e-6, "{carried} {pull}");
+    assert!(strong.0 < 0.9 * plain.0, "{strong:?} {plain:?}");
+    made(Setup { step: 0.99 * strong.0, ..soil(4e5) }, &[grain(0.0, 0.1)]).unwrap();
+    made(Setup { step: 0.99 * plain.0, ..soil(4e5) }, &[grain(0.0, 0.1)]).unwrap_err();
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The batch kernels against the loop over single contacts: every instruction path of this machine, every switch they know.
 
 use fmu_terrain::dem::{
-    Adhesion, CpuEngine, DemState, Fill, GrainEngine, Material, Radii, Sample, Setup, Wall, sample,
+    Adhesion, CpuEngine, DemState, Fill, GrainEngine, Material, Precision, Radii, Sample, Setup, Wall, sample,
 };
 use terramech_simd::Isa;
 
@@ -64,36 +64,43 @@ fn difference<'a>(a: impl Iterator<Item = &'a f64>, b: impl Iterator<Item = &'a 
 }
 
 #[test]
-fn every_path_is_the_reference_to_round_off() {
-    // Products contracted and divisions merged: some tens of roundings, and overlaps lose 3 digits of the positions.
-    const TOLERANCE: f64 = 1e-12;
-    for isa in Isa::ALL.into_iter().filter(|i| i.runs_here()) {
-        for (materials, rolling, adhesion) in
-            [(1, false, false), (2, false, false), (1, true, false), (1, false, true), (2, true, true)]
-        {
-            let (setup, state) = bed(materials, rolling, adhesion);
-            let a = after(&setup, &state, None);
-            let b = after(&setup, &state, Some(isa));
-            assert!(a.grain_contacts() > 800, "{}", a.grain_contacts());
-            assert_eq!(a.grain_contacts(), b.grain_contacts());
-            let slips =
-                |s: &DemState| s.slabs.iter().flat_map(|s| s.slip.iter().flat_map(|s| s.0)).collect::<Vec<f64>>();
-            let rolls = |s: &DemState| s.slabs.iter().flat_map(|s| s.roll.clone()).flatten().collect::<Vec<_>>();
-            // Displacements apart from the growth of adhesion, which is of another size.
-            let moved = |v: Vec<f64>| v.chunks(4).flat_map(|c| c[..3].to_vec()).collect::<Vec<_>>();
-            let grown = |v: Vec<f64>| v.chunks(4).map(|c| c[3]).collect::<Vec<_>>();
-            let worst = [
-                difference(a.force.iter().flatten(), b.force.iter().flatten()),
-                difference(a.rows.iter().flat_map(|r| &r[4..7]), b.rows.iter().flat_map(|r| &r[4..7])),
-                difference(a.rows.iter().flat_map(|r| &r[8..11]), b.rows.iter().flat_map(|r| &r[8..11])),
-                difference(moved(slips(&a)).iter(), moved(slips(&b)).iter()),
-                difference(grown(slips(&a)).iter(), grown(slips(&b)).iter()),
-                difference(rolls(&a).iter(), rolls(&b).iter()),
-            ];
-            println!("{isa}, {materials} materials, rolling {rolling}, adhesion {adhesion}: {worst:?}");
-            assert!(worst.iter().all(|w| *w < TOLERANCE), "{isa}: {worst:?}");
+fn every_path_is_the_reference_to_round_off_and_in_single_precision_to_a_millionth() {
+    for (materials, rolling, adhesion) in
+        [(1, false, false), (2, false, false), (1, true, false), (1, false, true), (2, true, true)]
+    {
+        let (setup, state) = bed(materials, rolling, adhesion);
+        let a = after(&setup, &state, None);
+        assert!(a.grain_contacts() > 800, "{}", a.grain_contacts());
+        for isa in Isa::ALL.into_iter().filter(|i| i.runs_here()) {
+            // Products contracted and divisions merged: some tens of roundings, and overlaps lose 3 digits of the positions.
+            for (precision, tolerance) in [(Precision::Double, 1e-12), (Precision::Single, 1e-6)] {
+                let b = after(&Setup { precision, ..setup.clone() }, &state, Some(isa));
+                let worst = worst(&a, &b);
+                println!(
+                    "{isa}, {precision:?}, {materials} materials, rolling {rolling}, adhesion {adhesion}: {worst:?}"
+                );
+                assert!(worst.iter().all(|w| *w < tolerance), "{isa}: {worst:?}");
+            }
         }
     }
+}
+
+/// Differences of forces, velocities, angular velocities, displacements, growth of adhesion, rotations.
+fn worst(a: &DemState, b: &DemState) -> [f64; 6] {
+    assert_eq!(a.grain_contacts(), b.grain_contacts());
+    let slips = |s: &DemState| s.slabs.iter().flat_map(|s| s.slip.iter().flat_map(|s| s.0)).collect::<Vec<f64>>();
+    let rolls = |s: &DemState| s.slabs.iter().flat_map(|s| s.roll.clone()).flatten().collect::<Vec<_>>();
+    // Displacements apart from the growth of adhesion, which is of another size.
+    let moved = |v: Vec<f64>| v.chunks(4).flat_map(|c| c[..3].to_vec()).collect::<Vec<_>>();
+    let grown = |v: Vec<f64>| v.chunks(4).map(|c| c[3]).collect::<Vec<_>>();
+    [
+        difference(a.force.iter().flatten(), b.force.iter().flatten()),
+        difference(a.rows.iter().flat_map(|r| &r[4..7]), b.rows.iter().flat_map(|r| &r[4..7])),
+        difference(a.rows.iter().flat_map(|r| &r[8..11]), b.rows.iter().flat_map(|r| &r[8..11])),
+        difference(moved(slips(a)).iter(), moved(slips(b)).iter()),
+        difference(grown(slips(a)).iter(), grown(slips(b)).iter()),
+        difference(rolls(a).iter(), rolls(b).iter()),
+    ]
 }
 
 #[test]

@@ -21,6 +21,7 @@
 //! assert!(tiny / 2.0 > 0.0);
 //! ```
 
+mod advance;
 pub mod contact;
 mod denormal;
 mod dispatch;
@@ -32,6 +33,7 @@ mod rows;
 mod tiles;
 mod wavefront;
 
+pub use advance::{Motion, Moved, advance};
 pub use denormal::FlushDenormals;
 pub use dispatch::{Kernel, active, dispatch};
 pub use finite::all_finite;

@@ -26,7 +26,9 @@ type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 /// that of quartz. With 0.3 the angle is not reached; with 0.65 and 0.8 the fractions are 0.50 and 0.46, the grains too heavy.
 const FRICTIONS: [f64; 1] = [0.5];
 /// Wheel frictions that are tried.
-const WHEELS: [f64; 3] = [0.2, 0.35, 0.5];
+const WHEELS: [f64; 3] = [0.5, 0.4, 0.65];
+/// Factors on the frictions between grains while the bed is laid.
+const LAYINGS: [f64; 3] = [0.7, 0.85, 1.0];
 /// Mean radius of the grains of the table (m): the wheel is five grains wide.
 const RADIUS: f64 = 0.005;
 
@@ -50,7 +52,9 @@ fn main() -> Outcome<()> {
     let mut sands = Vec::new();
     for friction in FRICTIONS {
         let Some(sand) = sand::with_repose(friction, RADIUS, threads, &mut store)? else { continue };
-        sands.push(sand);
+        for laying in LAYINGS {
+            sands.extend(sand::laid(&sand, laying, threads, &mut store)?);
+        }
     }
     let bed = Bed::default();
     let calibration: Vec<&Row> = [-0.2, 0.231, 0.5].iter().filter_map(|s| Row::find(&rows, 0.0, *s)).collect();
@@ -60,7 +64,7 @@ fn main() -> Outcome<()> {
             let sand = Sand { wheel, ..*sand };
             let mut error = Some(0.0);
             for row in &calibration {
-                let key = format!("calibrate {} {wheel} {} {}", sand.friction, row.angle, row.slip);
+                let key = format!("calibrate {} {} {wheel} {} {}", sand.friction, sand.laying, row.angle, row.slip);
                 let made = store.get(&key, || drive(&Run { row, sand, bed, ..Run::default() }, threads))?;
                 error = error.zip(made).map(|(e, m)| e + row.error(&m));
             }
@@ -72,6 +76,7 @@ fn main() -> Outcome<()> {
     let Some((error, sand)) = best else { return Ok(()) };
     store.get("chosen", || {
         Ok(json!({"error": error, "friction": sand.friction, "rolling": sand.rolling, "wheel": sand.wheel,
+            "laying": sand.laying,
             "density": sand.density, "repose_deg": REPOSE, "radius": RADIUS}))
     })?;
     // The shortest first: what is there early can be looked at early.

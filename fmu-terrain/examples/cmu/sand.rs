@@ -24,9 +24,17 @@ pub struct Sand {
     pub density: f64,
     /// Friction between wheel and grains.
     pub wheel: f64,
+    /// Factor on both frictions between grains while the bed is poured and settles: 1 loosest, 0 densest. The sand of the experiment
+    /// was prepared to a density; spheres find theirs by how they slide while they are laid.
+    pub laying: f64,
 }
 
 impl Sand {
+    /// As it is laid.
+    pub fn laid(&self) -> Self {
+        Self { friction: self.laying * self.friction, rolling: self.laying * self.rolling, ..*self }
+    }
+
     /// As a specification, without a bed.
     pub fn specification(&self, modulus: f64) -> Value {
         json!({
@@ -45,7 +53,7 @@ impl Sand {
 /// The sand of this grain friction whose angle of repose is the measured one, by halving between rolling frictions; the nearest
 /// end where it is not between them.
 pub fn with_repose(friction: f64, radius: f64, threads: usize, store: &mut Store) -> Outcome<Option<Sand>> {
-    let sand = |rolling: f64| Sand { radius, friction, rolling, density: BULK / 0.6, wheel: 0.3 };
+    let sand = |rolling: f64| Sand { radius, friction, rolling, density: BULK / 0.6, wheel: 0.3, laying: 1.0 };
     let mut angle = |rolling: f64| -> Outcome<Option<f64>> {
         let made = store.get(&format!("repose {friction} {rolling}"), || {
             // Mean of two heaps: one of a few thousand grains scatters by a degree.
@@ -66,11 +74,17 @@ pub fn with_repose(friction: f64, radius: f64, threads: usize, store: &mut Store
         if at > REPOSE { high = middle } else { low = middle }
     }
     let rolling = 0.5 * (low + high);
-    let made = store.get(&format!("packing {friction} {rolling}"), || {
-        let spec: Terrain = serde_json::from_value(sand(rolling).specification(2e6))?;
+    Ok(Some(sand(rolling)))
+}
+
+/// The sand laid with this factor on its frictions: its grains weigh what gives the measured bulk density.
+pub fn laid(sand: &Sand, laying: f64, threads: usize, store: &mut Store) -> Outcome<Option<Sand>> {
+    let sand = Sand { laying, ..*sand };
+    let made = store.get(&format!("packing {} {} {laying}", sand.friction, sand.rolling), || {
+        let spec: Terrain = serde_json::from_value(sand.laid().specification(2e6))?;
         let (_, fraction) = packing(&Soil::new(&spec), threads, &mut |_, _| true)?;
-        Ok(json!({"fraction": fraction, "friction": friction, "rolling": rolling}))
+        Ok(json!({"fraction": fraction, "friction": sand.friction, "rolling": sand.rolling, "laying": laying}))
     })?;
     let fraction = made.and_then(|m| m["fraction"].as_f64());
-    Ok(fraction.map(|f| Sand { density: BULK / f, ..sand(rolling) }))
+    Ok(fraction.map(|f| Sand { density: BULK / f, ..sand }))
 }

@@ -7,7 +7,7 @@
 use crate::Outcome;
 use crate::sand::Sand;
 use fmu_terrain::config::Terrain;
-use fmu_terrain::dem::{Body, Cylinder, GrainEngine as _, Surface, prepare};
+use fmu_terrain::dem::{Body, Cylinder, GrainEngine as _, Setup, Surface, prepare, settle};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -120,7 +120,7 @@ const NOTHING: Row = Row { angle: 0.0, slip: 0.0, fx: [0.0; 2], load: 0.0, sinka
 
 impl Default for Run<'_> {
     fn default() -> Self {
-        let sand = Sand { radius: 0.0, friction: 0.0, rolling: 0.0, density: 0.0, wheel: 0.0 };
+        let sand = Sand { radius: 0.0, friction: 0.0, rolling: 0.0, density: 0.0, wheel: 0.0, laying: 1.0 };
         Self { row: &NOTHING, sand, bed: Bed::default(), step: 1.0, speed: 1.0, modulus: 5e6 }
     }
 }
@@ -129,13 +129,21 @@ impl Default for Run<'_> {
 pub fn drive(run: &Run, threads: usize) -> Outcome<Value> {
     let start = Instant::now();
     let Run { row, sand, bed, .. } = run;
-    let mut spec = sand.specification(run.modulus);
-    spec["bed"] = json!({"length": bed.length, "width": bed.width, "fill": {"depth": bed.depth}, "seed": bed.seed});
-    let spec: Terrain = serde_json::from_value(spec)?;
-    spec.check("the wheel in sand")?;
-    let mut setup = spec.setup(&[]);
-    setup.step *= run.step;
-    let (mut engine, report) = prepare(setup, &spec.recipe(), threads, &mut |_, _| true)?;
+    let spec = |sand: &Sand| -> Outcome<Terrain> {
+        let mut spec = sand.specification(run.modulus);
+        spec["bed"] = json!({"length": bed.length, "width": bed.width, "fill": {"depth": bed.depth}, "seed": bed.seed});
+        let spec: Terrain = serde_json::from_value(spec)?;
+        spec.check("the wheel in sand")?;
+        Ok(spec)
+    };
+    let (poured, spec) = (spec(&sand.laid())?, spec(sand)?);
+    let with_step = |spec: &Terrain| {
+        let setup = spec.setup(&[]);
+        Setup { step: run.step * setup.step, ..setup }
+    };
+    let (mut engine, report) = prepare(with_step(&poured), &poured.recipe(), threads, &mut |_, _| true)?;
+    engine.set_setup(with_step(&spec))?;
+    settle(&mut engine, &spec.recipe().settle, "settling", &mut |_, _| true)?;
     let height = Surface::of(engine.state(), bed.length, bed.width).mean();
 
     let [radius, width] = WHEEL;

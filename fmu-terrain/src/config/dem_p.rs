@@ -24,6 +24,10 @@ pub struct DemP {
     pub pairs: Vec<PairValues>,
     /// How the tangential displacement is followed.
     pub tangential: Tangential,
+    /// What contacts between grains are computed with: `double`, or `mixed`: single precision behind the overlap, while positions,
+    /// velocities, memories and sums stay in double. For Hertz-Mindlin from properties with history; other laws are always computed in
+    /// double. A load then is right to about 1e-6 of itself; `docs/benchmarks/dem.md` tells what it gains.
+    pub precision: Precision,
     /// Whether the normal force before adhesion is clamped at zero. It raises the restitution of strongly damped contacts.
     pub clamp_normal: bool,
     /// Damping ratio of rolling and spinning resistance (1); 1 is critical, a grain comes to rest without rocking.
@@ -70,6 +74,7 @@ impl Default for DemP {
             coefficients: CoefficientValues::default(),
             pairs: Vec::new(),
             tangential: Tangential::History,
+            precision: Precision::Double,
             clamp_normal: false,
             rolling_damping: s.rolling_damping,
             adhesion_time: 0.0,
@@ -104,6 +109,16 @@ pub enum Form {
     Properties,
     /// The numbers in `coefficients`.
     Coefficients,
+}
+
+/// What contacts between grains are computed with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Precision {
+    /// Double precision.
+    Double,
+    /// Single precision behind the overlap.
+    Mixed,
 }
 
 /// How the tangential displacement is followed.
@@ -235,6 +250,10 @@ impl Terrain {
             form: match p.form {
                 Form::Properties => dem::Form::Properties,
                 Form::Coefficients => dem::Form::Coefficients,
+            },
+            precision: match p.precision {
+                Precision::Double => dem::Precision::Double,
+                Precision::Mixed => dem::Precision::Single,
             },
             tangential: match p.tangential {
                 Tangential::None => dem::Tangential::None,

@@ -13,12 +13,13 @@ use super::material::{Pair, PairTable};
 use super::slab::{Near, Scratch, Slab};
 use std::f64::consts::PI;
 use terramech_simd::Isa;
-use terramech_simd::contact::{List, Memories, PairTerms, Terms, hertz_mindlin};
+use terramech_simd::contact::{List, Memories, PairTerms, Precision, Terms, hertz_mindlin};
 
 /// The kernel that a bed uses for its grain-grain contacts.
 #[derive(Clone, Debug)]
 pub struct BatchKernel {
     isa: Isa,
+    precision: Precision,
     pairs: Vec<PairTerms>,
     materials: usize,
 }
@@ -30,13 +31,19 @@ impl BatchKernel {
             && setup.form == Form::Properties
             && setup.tangential == Tangential::History;
         let first = rows.first().map_or(0.0, |r| r[MATERIAL]);
+        let precision = setup.precision;
         covered.then(|| {
             // Grains of one kind, whatever walls and bodies are made of: no pair needs to look up what it is.
             if rows.iter().all(|r| r[MATERIAL] == first) {
                 let k = first as usize;
-                Self { isa, pairs: vec![pair_terms(pairs.get(k, k))], materials: 1 }
+                Self { isa, precision, pairs: vec![pair_terms(pairs.get(k, k))], materials: 1 }
             } else {
-                Self { isa, pairs: pairs.all().iter().map(pair_terms).collect(), materials: setup.materials.len() }
+                Self {
+                    isa,
+                    precision,
+                    pairs: pairs.all().iter().map(pair_terms).collect(),
+                    materials: setup.materials.len(),
+                }
             }
         })
     }
@@ -60,7 +67,7 @@ impl BatchKernel {
             near.active.select(self.isa, &list, &mut memories, o.margin);
             near.slack = o.margin;
         }
-        hertz_mindlin(self.isa, &terms, &near.active, rows, &mut memories, &mut scratch.force);
+        hertz_mindlin(self.isa, self.precision, &terms, &near.active, rows, &mut memories, &mut scratch.force);
     }
 }
 

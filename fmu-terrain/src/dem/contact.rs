@@ -122,7 +122,9 @@ pub fn evaluate<L: Law, const ROLL: bool>(
         let speed2 = dot(vt, vt);
         if speed2 > 0.0 {
             let speed = speed2.sqrt();
-            scale(-limit * (5.0 * speed).tanh() / speed, vt)
+            // Not more than what stops half the slip within the step: see the law.
+            let most = m_eff * speed / (7.0 * opt.h);
+            scale(-(limit * (5.0 * speed).tanh()).min(most) / speed, vt)
         } else {
             [0.0; 3]
         }

@@ -20,6 +20,7 @@ use super::team::Team;
 use super::vec3::Vec3;
 use super::wall::Wall;
 use std::sync::Arc;
+use terramech_simd::contact::Precision;
 use terramech_simd::{ISA_VARIABLE, Isa, prefer_large_pages};
 
 /// What a bed is made of and how it is computed: constant during a run, not part of the state.
@@ -39,6 +40,9 @@ pub struct Setup {
     pub form: Form,
     /// How the tangential displacement is followed.
     pub tangential: Tangential,
+    /// What grain-grain contacts are computed with, where a batch kernel covers law and form; the others, walls and bodies are always
+    /// computed in double precision.
+    pub precision: Precision,
     /// Whether the normal force before adhesion is clamped at zero.
     pub clamp_normal: bool,
     /// Damping ratio of rolling and spinning resistance (1); 1 is critical: a grain comes to rest without rocking. Ai et
@@ -76,6 +80,7 @@ impl Default for Setup {
             law: LawKind::default(),
             form: Form::default(),
             tangential: Tangential::default(),
+            precision: Precision::default(),
             clamp_normal: false,
             rolling_damping: 1.0,
             adhesion_time: 0.0,
@@ -145,6 +150,10 @@ pub(super) const HINT: &str = "the step or the speeds are too large, or the mate
 /// Margin of the pairs that are looked at ([`Near`]), as a fraction of the skin.
 const MARGIN: f64 = 0.25;
 
+/// Slabs are kept at a rebuild whose grains have moved no further than this fraction of the skin; at half of it lists no longer
+/// hold. Those in between would soon ask for a rebuild of their own.
+pub(super) const KEEP: f64 = 0.25;
+
 /// The skin (m). The mean radius is summed in integers: the same bits in whatever order the grains lie, since an engine
 /// that goes on from a saved state finds them in another one than the engine that made them.
 fn skin(setup: &Setup, state: &DemState) -> f64 {
@@ -163,7 +172,7 @@ impl CpuEngine {
         limits::check(&setup, grains)?;
         let state = DemState::of(grains, setup.walls.len());
         let mut engine = Self::with_state(setup, state, threads)?;
-        engine.rebuild("the grains were placed so")?;
+        engine.rebuild("the grains were placed so", None)?;
         Ok(engine)
     }
 
@@ -271,7 +280,7 @@ impl CpuEngine {
     /// # Errors
     /// As [`GrainEngine::advance`].
     pub fn rebuild_now(&mut self) -> Result<(), DemError> {
-        self.rebuild(HINT)
+        self.rebuild(HINT, None)
     }
 
     /// Memory held for state and scratch (bytes).
@@ -280,14 +289,18 @@ impl CpuEngine {
         self.state.memory() + self.scratch.iter().map(Scratch::memory).sum::<usize>() + near
     }
 
-    pub(super) fn rebuild(&mut self, hint: &'static str) -> Result<(), DemError> {
-        self.near.clear();
+    /// Rebuilds lists; those of slabs whose grains have moved no further than `keep` stay.
+    pub(super) fn rebuild(&mut self, hint: &'static str, keep: Option<f64>) -> Result<(), DemError> {
         let (walls, period) = (&self.walls[..], self.setup.period);
         // A quarter of the distance: the nearest slab that may sleep then does.
         let longest = self.setup.sleep.map_or(f64::INFINITY, |s| 0.25 * s.distance);
         let rolling = self.rolling;
-        let making = Making { skin: self.skin, walls, rolling, period, longest, team: &self.team, hint };
-        rebuild(&mut self.state, &making)
+        let making = Making { skin: self.skin, walls, rolling, period, keep, longest, team: &self.team, hint };
+        let mut old = std::mem::take(&mut self.near);
+        let origin = rebuild(&mut self.state, &making)?;
+        let near = |k: Option<usize>| k.and_then(|k| old.get_mut(k)).map(std::mem::take).unwrap_or_default();
+        self.near = origin.into_iter().map(near).collect();
+        Ok(())
     }
 
     pub(super) fn options(&self) -> Options {

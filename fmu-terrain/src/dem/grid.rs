@@ -4,7 +4,7 @@
 //! contiguous ranges, and a column of three cells in z is one range of grains in the search. (Measured on a throw-away
 //! kernel: Morton order is 15 % slower and rules slabs out.)
 
-use super::grains::{DemState, Row};
+use super::grains::{DemState, Row, X0};
 use super::team::Team;
 use super::vec3::Vec3;
 use serde::{Deserialize, Serialize};
@@ -112,7 +112,7 @@ pub fn sort(grid: &Grid, state: &DemState, block: Range<usize>, layers: Range<us
     let chunks: Vec<_> = cell.chunks_mut(CHUNK).zip(rows.chunks(CHUNK)).collect();
     team.each(chunks, |(cell, rows)| {
         for (c, r) in cell.iter_mut().zip(rows) {
-            let [x, y, z] = grid.place(&r[..3]);
+            let [x, y, z] = grid.place(&r[X0..X0 + 3]);
             // Nothing lies outside: but a place that did would write outside of what follows.
             let x = x.clamp(layers.start, layers.end - 1);
             *c = (grid.index([x, y, z]) - first) as u32;
@@ -150,6 +150,7 @@ mod tests {
     fn row(x: f64, y: f64, z: f64) -> Row {
         let mut r = Row::default();
         r[..3].copy_from_slice(&[x, y, z]);
+        r.copy_within(0..3, X0);
         r
     }
 

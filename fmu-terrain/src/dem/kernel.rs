@@ -232,7 +232,8 @@ fn grain_body<L: Law, const ROLL: bool>(
         for i in slab.grains() {
             let row = &rows[i - slab.first as usize];
             let r = row[R];
-            let inside = (0..3).all(|k| row[k] + r > low[k] && row[k] - r < high[k]);
+            // Height first: most of the grains under a wheel are below it.
+            let inside = [2, 0, 1].into_iter().all(|k: usize| row[k] + r > low[k] && row[k] - r < high[k]);
             if !inside || row[INV_M] == 0.0 {
                 continue;
             }

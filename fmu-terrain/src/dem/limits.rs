@@ -1,7 +1,7 @@
 //! What a setup must hold to, and the critical step.
 //!
 //! Critical step = factor x sqrt(m*/k_n), the smallest over all materials and radii, k_n at the largest overlap
-//! expected (a fraction of the smaller radius). The factor 0.2: a grain rolling between two others swings at 1.7
+//! expected (a fraction of the smaller radius, or where adhesion presses the two to, if that is more). The factor 0.2: a grain rolling between two others swings at 1.7
 //! times the frequency of a normal contact (Mindlin's tangential stiffness on 2/7 of the mass), with six contacts at
 //! another 1.7; explicit integration then needs h < 2 / (1.7 x 1.7 x 1.22) = 0.57 sqrt(m*/k_n), and about a third of
 //! that to be accurate.
@@ -142,8 +142,21 @@ pub fn critical(setup: &Setup, rows: &[Row]) -> Option<Critical> {
             other.map(|o| (b, row[R] * o[R] / (row[R] + o[R]), 1.0 / (row[INV_M] + o[INV_M]), "a grain"))
         });
         for (b, r_eff, m_eff, what) in grains.chain(flat) {
-            let overlap = setup.expected_overlap * row[R];
-            let kn = terms_of(setup.law, setup.form, pairs.get(a, b), overlap, r_eff, m_eff, 0.0).kn;
+            let kn = |overlap: f64| terms_of(setup.law, setup.form, pairs.get(a, b), overlap, r_eff, m_eff, 0.0).kn;
+            // Adhesion presses grains together further than weight does: to where the spring balances it.
+            let pull = &pairs.get(a, b).adhesion;
+            let pull = pull.constant
+                + pull.dmt * r_eff.sqrt()
+                + pull.perko * r_eff
+                + std::f64::consts::PI * row[R] * row[R] * pull.pressure;
+            let mut overlap = setup.expected_overlap * row[R];
+            // A fixed point of k_n(x) x = pull: no law's k_n grows so fast with the overlap that this would not close in on it.
+            let mut balance = overlap;
+            for _ in 0..if pull > 0.0 { 60 } else { 0 } {
+                balance = (balance * pull / kn(balance)).sqrt().min(row[R]);
+            }
+            overlap = overlap.max(balance);
+            let kn = kn(overlap);
             let step = setup.step_factor * (m_eff / kn).sqrt();
             if least.as_ref().is_none_or(|l| step < l.step) {
                 let contact = format!("a grain of radius {:.3e} m, material {a}, with {what} of material {b}", row[R]);

@@ -77,4 +77,5 @@ pub use sample::{Fill, Radii, Sample, Species, sample, sample_mixed};
 pub use settle::{BedReport, Recipe, Settle, Settled, prepare, prepare_with, settle};
 pub use sleep::Sleep;
 pub use surface::Surface;
+pub use terramech_simd::contact::Precision;
 pub use wall::Wall;

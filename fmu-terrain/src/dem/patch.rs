@@ -169,7 +169,7 @@ impl CpuEngine {
         state.tile = Some(tile);
         state.slabs.clear();
         self.walls = walls(&self.setup.walls, self.state.moved());
-        self.rebuild("soil has come into the place where new soil is laid: take a larger buffer")?;
+        self.rebuild("soil has come into the place where new soil is laid: take a larger buffer", None)?;
         let walls = std::mem::take(&mut self.walls);
         memories.give(&mut self.state, &walls);
         self.walls = walls;

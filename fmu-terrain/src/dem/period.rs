@@ -5,7 +5,7 @@
 //! image of place p. What acts on an image acts on its grain. It is what beds are settled in that are laid like tiles
 //! ([`super::tile`]); there are no bodies in them, and nothing sleeps.
 
-use super::grains::{R, Row};
+use super::grains::{R, Row, X0};
 use super::grid::Grid;
 use super::slab::Slab;
 use super::vec3::Vec3;
@@ -28,6 +28,7 @@ pub(super) fn images(rows: &[Row], count: u32, length: f64) -> Vec<Row> {
         .map(|r| {
             let mut image = *r;
             image[0] += length;
+            image[X0] += length;
             image
         })
         .collect()

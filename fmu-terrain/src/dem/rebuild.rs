@@ -5,9 +5,11 @@
 //! round, its history changes sign, since both displacement and rotation are relative to the first grain. A rebuild
 //! changes no force but for the order of sums.
 //!
-//! While slabs sleep ([`super::sleep`]), the grid stays and only *blocks* are made anew: the slabs that are awake, and those
-//! that sleep beside them, whose lists reach into what moves. A grain that comes into the layers of a sleeping slab wakes it. So
-//! what sleeps keeps its place in memory, and costs nothing.
+//! Most of a bed hardly moves while a wheel drives through it. So slabs are *kept* whose grains are all still near where their
+//! lists were made, and those that sleep ([`super::sleep`]): their grains keep their places in memory. The grid stays, and only
+//! *blocks* are made anew: the other slabs, and kept ones beside them, whose lists reach into what changes. A grain that comes into
+//! the layers of a kept slab ends its keeping. Everything is sorted and listed by the places that grains had when their lists
+//! were made (`X0`): from there none has moved more than half the skin, whenever that was.
 
 use super::error::DemError;
 use super::grains::{DemState, R, Row, X0};
@@ -45,6 +47,8 @@ pub struct Making<'a> {
     pub rolling: bool,
     /// Length after which the bed repeats itself along x ([`super::period`]).
     pub period: Option<f64>,
+    /// Slabs none of whose grains has moved further than this since its lists were made are kept (m); none: only those that sleep.
+    pub keep: Option<f64>,
     /// Greatest length of a slab (m): what sleeps is whole slabs.
     pub longest: f64,
     /// Threads.
@@ -53,18 +57,18 @@ pub struct Making<'a> {
     pub hint: &'static str,
 }
 
-/// Rebuilds the lists of `state`.
+/// Rebuilds that keep slabs, before one that makes a new grid and all slabs anew.
+const WHOLE: u64 = 64;
+
+/// Rebuilds the lists of `state`. For each slab there is now: which one it was, if nothing of it has changed.
 ///
 /// # Errors
 /// A value that is not finite, a grain outside the walls, or grains deep inside each other.
-pub fn rebuild(state: &mut DemState, making: &Making) -> Result<(), DemError> {
-    if state.slabs.iter().any(|s| s.asleep) {
-        wake_entered(state);
-    }
-    let partly = state.slabs.iter().any(|s| s.asleep);
-    let survey = survey(state, making)?;
-    let blocks = if partly {
-        blocks(&state.slabs, state.grid.n[0])
+pub fn rebuild(state: &mut DemState, making: &Making) -> Result<Vec<Option<usize>>, DemError> {
+    let kept = kept(state, making);
+    let survey = survey(state, making, &kept)?;
+    let blocks = if kept.contains(&true) {
+        blocks(&state.slabs, &kept, state.grid.n[0])
     } else {
         let size = 2.0 * survey.largest + making.skin;
         state.grid = match making.period {
@@ -75,41 +79,68 @@ pub fn rebuild(state: &mut DemState, making: &Making) -> Result<(), DemError> {
     };
     let mut old = std::mem::take(&mut state.slabs);
     let mut slabs = Vec::with_capacity(old.len() + 8);
+    let mut origin = Vec::with_capacity(old.len() + 8);
     let mut next = 0;
     for block in &blocks {
         slabs.extend(old[next..block.slabs.start].iter_mut().map(std::mem::take));
+        origin.extend((next..block.slabs.start).map(Some));
         next = block.slabs.end;
-        make(state, block, &mut old[block.slabs.clone()], &mut slabs, making)?;
+        make(state, block, &mut old[block.slabs.clone()], &kept, (&mut slabs, &mut origin), making)?;
     }
+    origin.extend((next..old.len()).map(Some));
     slabs.extend(old[next..].iter_mut().map(std::mem::take));
     state.slabs = slabs;
     state.stale = false;
     state.rebuilds += 1;
-    Ok(())
+    Ok(origin)
 }
 
-/// Wakes the sleeping slabs whose layers a grain that is awake has come into.
-fn wake_entered(state: &mut DemState) {
-    let mut entered = Vec::new();
-    let asleep = |layer: u32| {
-        let k = state.slabs.partition_point(|s| s.layers[1] <= layer);
-        state.slabs.get(k).filter(|s| s.asleep && s.layers[0] <= layer).map(|_| k)
-    };
-    for slab in state.slabs.iter().filter(|s| !s.asleep) {
-        for row in &state.rows[slab.grains()] {
-            let layer = state.grid.place(&row[..3])[0] as u32;
+/// Which slabs are kept: those that sleep, and those that have hardly moved, but for those that a grain has come into.
+fn kept(state: &mut DemState, making: &Making) -> Vec<bool> {
+    let whole = state.rebuilds.is_multiple_of(WHOLE)
+        || making.period.is_some()
+        || making.rolling && state.slabs.iter().any(|s| s.roll.len() != s.other.len());
+    let limit = making.keep.filter(|_| !whole).map_or(-1.0, |d| d * d);
+    let calm = |r: &Row| (r[0] - r[X0]).powi(2) + (r[1] - r[X0 + 1]).powi(2) + (r[2] - r[X0 + 2]).powi(2) <= limit;
+    // No number compares with NaN: what is not finite is not calm.
+    let mut kept = making.team.map(&state.slabs, |_, s| s.asleep || state.rows[s.grains()].iter().all(calm));
+    if kept.iter().zip(&state.slabs).all(|(kept, s)| *kept || s.asleep) {
+        // Asked for by something else than motion.
+        kept.iter_mut().zip(&state.slabs).for_each(|(kept, s)| *kept = s.asleep);
+    }
+    if kept.contains(&true) {
+        give_up_entered(state, &mut kept);
+    }
+    for (slab, kept) in state.slabs.iter_mut().zip(&kept) {
+        slab.asleep &= *kept;
+    }
+    kept
+}
+
+/// Slabs are no longer kept whose layers a grain of a slab that is not kept has come into; nor are those that a grain of theirs
+/// has come into, and so on.
+fn give_up_entered(state: &DemState, kept: &mut [bool]) {
+    let DemState { slabs, grid, rows, .. } = state;
+    let mut open: Vec<usize> = (0..slabs.len()).filter(|&k| !kept[k]).collect();
+    while let Some(k) = open.pop() {
+        let slab = &slabs[k];
+        for row in &rows[slab.grains()] {
+            let layer = grid.place(&row[..3])[0] as u32;
             if layer < slab.layers[0] || layer >= slab.layers[1] {
-                entered.extend(asleep(layer));
+                let at = slabs.partition_point(|s| s.layers[1] <= layer);
+                if slabs.get(at).is_some_and(|s| kept[at] && s.layers[0] <= layer) {
+                    kept[at] = false;
+                    open.push(at);
+                }
             }
         }
     }
-    entered.into_iter().for_each(|k| state.slabs[k].asleep = false);
 }
 
-/// The stretches of slabs that are awake or beside one that is.
-fn blocks(slabs: &[Slab], layers: usize) -> Vec<Block> {
-    let awake = |k: usize| slabs.get(k).is_some_and(|s| !s.asleep);
-    let anew = |k: usize| awake(k) || awake(k + 1) || k.checked_sub(1).is_some_and(awake);
+/// The stretches of slabs that are not kept or beside one that is not.
+fn blocks(slabs: &[Slab], kept: &[bool], layers: usize) -> Vec<Block> {
+    let moved = |k: usize| kept.get(k).is_some_and(|kept| !kept);
+    let anew = |k: usize| moved(k) || moved(k + 1) || k.checked_sub(1).is_some_and(moved);
     let mut blocks: Vec<Block> = Vec::new();
     for (k, s) in slabs.iter().enumerate().filter(|(k, _)| anew(*k)) {
         let open = blocks.last_mut().filter(|b| b.slabs.end == k);
@@ -130,21 +161,24 @@ fn make(
     state: &mut DemState,
     block: &Block,
     old: &mut [Slab],
-    slabs: &mut Vec<Slab>,
+    kept: &[bool],
+    (slabs, origin): (&mut Vec<Slab>, &mut Vec<Option<usize>>),
     making: &Making,
 ) -> Result<(), DemError> {
+    let begin = block.slabs.start;
+    let kept = &kept[block.slabs.clone()];
     let grid = state.grid.clone();
     let team = making.team;
     let sorted = sort(&grid, state, block.rows.clone(), block.layers.clone(), team);
-    let touching = bodies_by_id(state, old);
+    let touching = bodies_by_id(state, old, kept);
     permute(state, &sorted, block.rows.clone());
     let from = block.layers.start;
     let layers: Vec<u32> = (from..=block.layers.end).map(|x| sorted.first_of(x * grid.layer()) as u32).collect();
     let most = ((making.longest / grid.size) as usize).max(1);
-    // Sleeping slabs keep their extent; what lies between them is cut anew.
+    // Kept slabs stay as long as they are; what lies between them is cut anew.
     let mut pieces: Vec<(Piece, Option<usize>)> = Vec::new();
     let mut at = from;
-    for (k, s) in old.iter().enumerate().filter(|(_, s)| s.asleep) {
+    for (k, s) in old.iter().enumerate().filter(|(k, _)| kept[*k]) {
         pieces.extend(cut(&layers, from, at..s.layers[0] as usize, most).into_iter().map(|p| (p, None)));
         at = s.layers[1] as usize;
         let halo = layers[(at + 1 - from).min(layers.len() - 1)];
@@ -159,7 +193,7 @@ fn make(
         last.halo += layers[1];
     }
 
-    // A sleeping slab before one that sleeps, too, looks at nothing that moves.
+    // A kept slab before one that is kept, too, looks at nothing that changes.
     let listed = |n: usize| pieces[n].1.is_none() || pieces.get(n + 1).is_some_and(|next| next.1.is_none());
     let to_list: Vec<usize> = (0..pieces.len()).filter(|&n| listed(n)).collect();
     let made = {
@@ -174,12 +208,14 @@ fn make(
         team.map(&to_list, |_, &n| search.slab(&pieces[n].0))
     };
     let mut made = made.into_iter();
-    let begin = slabs.len();
+    let from = slabs.len();
     for (n, (_, kept)) in pieces.iter().enumerate() {
         if !listed(n) {
             slabs.extend(kept.map(|k| std::mem::take(&mut old[k])));
+            origin.push(kept.map(|k| begin + k));
             continue;
         }
+        origin.push(None);
         let Some((mut slab, deep)) = made.next() else { continue };
         if let Some((i, j, overlap)) = deep {
             let [i, j] = [i, j].map(|k| k as usize % state.rows.len());
@@ -194,12 +230,12 @@ fn make(
             });
         }
         if let Some(k) = *kept {
-            slab.asleep = true;
+            slab.asleep = old[k].asleep;
             slab.bodies = std::mem::take(&mut old[k].bodies);
         }
         slabs.push(slab);
     }
-    carry_bodies(touching, state, &grid, &sorted, &mut slabs[begin..]);
+    carry_bodies(touching, state, &grid, &sorted, &mut slabs[from..]);
     Ok(())
 }
 
@@ -210,13 +246,13 @@ struct Survey {
     largest: f64,
 }
 
-/// Ranges of grains that are awake: all where nothing sleeps.
-fn awake(slabs: &[Slab], count: usize) -> Vec<Range<usize>> {
-    if slabs.iter().all(|s| !s.asleep) {
+/// Ranges of grains in slabs that are not kept.
+fn changing(slabs: &[Slab], kept: &[bool], count: usize) -> Vec<Range<usize>> {
+    if !kept.contains(&true) {
         return std::iter::once(0..count).collect();
     }
     let mut ranges: Vec<Range<usize>> = Vec::new();
-    for s in slabs.iter().filter(|s| !s.asleep) {
+    for (s, _) in slabs.iter().zip(kept).filter(|(_, kept)| !**kept) {
         match ranges.last_mut().filter(|r| r.end == s.first as usize) {
             Some(range) => range.end = s.last as usize,
             None => ranges.push(s.grains()),
@@ -225,12 +261,12 @@ fn awake(slabs: &[Slab], count: usize) -> Vec<Range<usize>> {
     ranges
 }
 
-/// Checks all grains that are awake, and makes their positions those that lists are made at.
-fn survey(state: &mut DemState, making: &Making) -> Result<Survey, DemError> {
+/// Checks the grains of slabs that are not kept, and makes their positions those that lists are made at.
+fn survey(state: &mut DemState, making: &Making, kept: &[bool]) -> Result<Survey, DemError> {
     let Making { walls, team, hint, period, .. } = *making;
     let mut chunks = Vec::new();
     let (mut rest, mut at) = (&mut state.rows[..], 0);
-    for range in awake(&state.slabs, rest.len()) {
+    for range in changing(&state.slabs, kept, rest.len()) {
         let (here, behind) = std::mem::take(&mut rest)[range.start - at..].split_at_mut(range.len());
         chunks.extend((range.start..).step_by(CHUNK).zip(here.chunks_mut(CHUNK)));
         (rest, at) = (behind, range.end);
@@ -302,9 +338,9 @@ fn permute(state: &mut DemState, sorted: &Sorted, block: Range<usize>) {
 /// A touching pair with a body, its grain by number and place in space.
 type Touching = (u32, Vec3, super::slab::BodyPair);
 
-/// The touching pairs of slabs that are awake with bodies, before the grains change places.
-fn bodies_by_id(state: &DemState, old: &[Slab]) -> Vec<Touching> {
-    let pairs = old.iter().filter(|s| !s.asleep).flat_map(|s| &s.bodies);
+/// The touching pairs of slabs that are not kept with bodies, before the grains change places.
+fn bodies_by_id(state: &DemState, old: &[Slab], kept: &[bool]) -> Vec<Touching> {
+    let pairs = old.iter().zip(kept).filter(|(_, kept)| !**kept).flat_map(|(s, _)| &s.bodies);
     pairs
         .map(|p| {
             let row = &state.rows[p.grain as usize];

@@ -1,7 +1,7 @@
 //! Listing the pairs of a slab, with the memories they had.
 
 use super::contact::{Roll, Slip};
-use super::grains::{INV_M, R, Row};
+use super::grains::{INV_M, R, Row, X0};
 use super::grid::{Grid, Sorted};
 use super::rebuild::DEEPEST;
 use super::slab::{Piece, Slab, WallPair};
@@ -60,7 +60,7 @@ impl Search<'_> {
         rows.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], r| {
             // Half the skin is what a grain may move; one step may take it further before that is noticed.
             let reach = r[R] + self.skin;
-            [low.min(r[0] - reach), high.max(r[0] + reach)]
+            [low.min(r[X0] - reach), high.max(r[X0] + reach)]
         })
     }
 
@@ -76,7 +76,7 @@ impl Search<'_> {
         let moves = row[INV_M] > 0.0;
         for range in ranges {
             for (j, other) in range.clone().zip(&self.rows[range]) {
-                let d = [row[0] - other[0], row[1] - other[1], row[2] - other[2]];
+                let d = [row[X0] - other[X0], row[X0 + 1] - other[X0 + 1], row[X0 + 2] - other[X0 + 2]];
                 let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
                 let touch = row[R] + other[R];
                 let reach = touch + self.skin;
@@ -92,7 +92,7 @@ impl Search<'_> {
         if !sound && deep.is_none() {
             *deep = slab.other[before..].iter().find_map(|&j| {
                 let other = &self.rows[j as usize];
-                let d = [row[0] - other[0], row[1] - other[1], row[2] - other[2]];
+                let d = [row[X0] - other[X0], row[X0 + 1] - other[X0 + 1], row[X0 + 2] - other[X0 + 2]];
                 let overlap = row[R] + other[R] - (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
                 (overlap > DEEPEST * row[R].min(other[R])).then_some((i, j, overlap))
             });
@@ -164,7 +164,7 @@ impl Search<'_> {
 
     /// Ranges of grains after `i` that may be near it, ascending.
     fn ranges(&self, i: u32, row: &Row) -> [Range<usize>; 5] {
-        let [cx, cy, cz] = self.grid.place(&row[..3]);
+        let [cx, cy, cz] = self.grid.place(&row[X0..X0 + 3]);
         let n = self.grid.n;
         let (z0, z1) = (cz.saturating_sub(1), (cz + 1).min(n[2] - 1));
         let column = |x: usize, y: usize, from: usize, to: usize| {

@@ -7,28 +7,25 @@
 //! follows from the threads and changes no sum.
 
 use super::body::Body;
-use super::engine::{CpuEngine, HINT};
+use super::engine::{CpuEngine, HINT, KEEP};
 use super::error::DemError;
-use super::grains::{INV_I, INV_M, Row, V, W, X0};
+use super::grains::Row;
 use super::kernel::{World, contacts};
 use super::law::dispatch_law;
 use super::period;
 use super::slab::{Near, Scratch, Slab};
 use super::sleep;
 use super::vec3::{Vec3, add, norm};
-use terramech_simd::{Cut, Force, Region, regions};
+use terramech_simd::{Cut, Force, Isa, Motion, Moved, Region, advance, regions};
 
 /// Regions for each thread: so that one with a wheel in it does not keep the others waiting.
 const REGIONS_PER_THREAD: usize = 4;
 
-/// How grains move on in a step.
+/// How grains move on, on which instruction path, and whether their net contact forces are kept.
 #[derive(Clone, Copy)]
-struct Motion {
-    h: f64,
-    gravity: Vec3,
-    /// A grain that is further from where the lists were made asks for new ones (m).
-    reach: f64,
-    /// Keep the net contact forces.
+struct Way {
+    motion: Motion,
+    isa: Isa,
     keep: bool,
 }
 
@@ -50,7 +47,8 @@ impl CpuEngine {
         self.renew(bodies)?;
         let h = self.setup.step;
         self.approach(h);
-        self.sweep(bodies, Motion { h, gravity: self.setup.gravity, reach: 0.5 * self.skin, keep: last });
+        let motion = Motion { h, gravity: self.setup.gravity, reach: 0.5 * self.skin };
+        self.sweep(bodies, Way { motion, isa: self.isa(), keep: last });
         let state = &mut self.state;
         state.wall_force.fill([0.0; 3]);
         let walls = self.walls.len();
@@ -74,15 +72,16 @@ impl CpuEngine {
     /// New lists where they are due; wakes slabs and lets them sleep.
     fn renew(&mut self, bodies: &mut [Body]) -> Result<(), DemError> {
         let moved = self.follow(bodies)?;
+        let keep = Some(KEEP * self.skin);
         let Some(sleep) = self.setup.sleep else {
-            return if self.state.stale { self.rebuild(HINT) } else { Ok(()) };
+            return if self.state.stale { self.rebuild(HINT, keep) } else { Ok(()) };
         };
         let (zones, gravity) = (sleep::zones(bodies), norm(self.setup.gravity));
         sleep::wake(&mut self.state, &sleep, &zones);
         let look = self.state.steps.is_multiple_of(sleep::LOOK);
         if moved || self.state.stale || look && sleep::drowsy(&self.state, &sleep, &zones, gravity) {
             if !moved {
-                self.rebuild(HINT)?;
+                self.rebuild(HINT, keep)?;
             }
             sleep::settle(&mut self.state, &sleep, &zones, gravity);
         }
@@ -101,7 +100,7 @@ impl CpuEngine {
         }
     }
 
-    fn sweep(&mut self, bodies: &[Body], motion: Motion) {
+    fn sweep(&mut self, bodies: &[Body], way: Way) {
         let options = self.options();
         let (setup, rolling, team) = (&self.setup, self.rolling, &self.team);
         let world = World { pairs: &self.pairs, walls: &self.walls, bodies, batch: self.batch.as_ref(), options };
@@ -132,7 +131,7 @@ impl CpuEngine {
             tasks.push(Task { region, slabs: here, near: pairs, kept: forces, scratch });
         }
         dispatch_law!(setup.law, setup.form, law => team.each(tasks, |task| {
-            task.run(&cuts, &work, motion, |rows, slab, near, scratch| {
+            task.run(&cuts, &work, way, |rows, slab, near, scratch| {
                 let whole;
                 let rows = if slab.halo as usize > count {
                     whole = [rows, &images[..]].concat();
@@ -147,11 +146,11 @@ impl CpuEngine {
                 }
             });
         }));
-        self.finish(&cuts, &starts, &work, motion);
+        self.finish(&cuts, &starts, &work, way);
     }
 
     /// Integrates the first slab of each region, whose forces are complete now.
-    fn finish(&mut self, cuts: &[Cut], starts: &[usize], work: &[Work], motion: Motion) {
+    fn finish(&mut self, cuts: &[Cut], starts: &[usize], work: &[Work], way: Way) {
         let state = &mut self.state;
         let scratch = &self.scratch;
         let periodic = self.setup.period.is_some();
@@ -174,11 +173,11 @@ impl CpuEngine {
                 tasks.push((here, forces, &own[..], before));
             }
         }
-        let done = self.team.map_each(tasks, |(rows, kept, own, before)| integrate(rows, kept, own, before, motion));
+        let done = self.team.map_each(tasks, |(rows, kept, own, before)| way.integrate(rows, kept, own, before));
         state.stale = scratch.iter().any(|s| s.moved);
-        for (&s, (moved, speed)) in starts.iter().filter(|&&s| work[s] == Work::All).zip(done) {
-            state.stale |= moved;
-            self.near[s].speed = speed;
+        for (&s, moved) in starts.iter().filter(|&&s| work[s] == Work::All).zip(done) {
+            state.stale |= moved.far;
+            self.near[s].speed = moved.speed;
         }
     }
 }
@@ -220,13 +219,7 @@ fn starts(work: &[Work], threads: usize) -> Vec<usize> {
 }
 
 impl Task<'_> {
-    fn run(
-        self,
-        cuts: &[Cut],
-        work: &[Work],
-        motion: Motion,
-        contacts: impl Fn(&[Row], &mut Slab, &mut Near, &mut Scratch),
-    ) {
+    fn run(self, cuts: &[Cut], work: &[Work], way: Way, contacts: impl Fn(&[Row], &mut Slab, &mut Near, &mut Scratch)) {
         let Self { region, slabs, near, kept, scratch } = self;
         let start = region.slabs().start;
         let first = cuts[start].first;
@@ -238,7 +231,7 @@ impl Task<'_> {
                 if k > start {
                     // Its own grains have been moved on, or wait for the end; its halo is still to be added.
                     before.clear();
-                    before.extend(force.get(cuts[k - 1].last - cuts[k - 1].first..).into_iter().flatten());
+                    before.extend_from_slice(force.get(cuts[k - 1].last - cuts[k - 1].first..).unwrap_or_default());
                 }
                 if k == start + 1 {
                     // The forces on the region's first slab are kept to the end.
@@ -255,65 +248,23 @@ impl Task<'_> {
                 }
                 let halo = &scratch.before[..];
                 let kept = &mut kept[cuts[k].first - first..cuts[k].last - first];
-                let (moved, speed) = integrate(rows, kept, &scratch.force, halo, motion);
-                scratch.moved |= moved;
-                near[k - start].speed = speed;
+                let moved = way.integrate(rows, kept, &scratch.force, halo);
+                scratch.moved |= moved.far;
+                near[k - start].speed = moved.speed;
             },
         );
     }
 }
 
-/// Moves the grains of a slab; whether one of them is further than `reach` from where the lists were made, and the greatest speed.
-/// Own forces first, then those from the slab before: the canonical order of sums.
-fn integrate(rows: &mut [Row], kept: &mut [Vec3], own: &[Force], halo: &[Force], motion: Motion) -> (bool, f64) {
-    let (shared, alone) = rows.split_at_mut(halo.len());
-    let mut most = Most { d2: 0.0, v2: 0.0 };
-    for ((row, own), more) in shared.iter_mut().zip(own).zip(halo) {
-        let f = std::array::from_fn(|c| own[c] + more[c]);
-        most.advance(row, &f, motion);
-    }
-    for (row, f) in alone.iter_mut().zip(&own[halo.len()..]) {
-        most.advance(row, f, motion);
-    }
-    if motion.keep {
-        for (i, f) in kept.iter_mut().enumerate() {
-            let (a, b) = (&own[i], halo.get(i).copied().unwrap_or_default());
-            *f = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+impl Way {
+    /// Moves the grains of a slab on. Own forces first, then those from the slab before: the canonical order of sums.
+    fn integrate(self, rows: &mut [Row], kept: &mut [Vec3], own: &[Force], halo: &[Force]) -> Moved {
+        if self.keep {
+            for (i, f) in kept.iter_mut().enumerate() {
+                let (a, b) = (&own[i], halo.get(i).copied().unwrap_or_default());
+                *f = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+            }
         }
-    }
-    // Infinity counts as moved: the rebuild then names the grain.
-    (most.d2 > motion.reach * motion.reach, most.v2.sqrt())
-}
-
-/// Greatest squares of way and speed.
-struct Most {
-    d2: f64,
-    v2: f64,
-}
-
-impl Most {
-    #[inline(always)]
-    fn advance(&mut self, row: &mut Row, f: &[f64; 8], m: Motion) {
-        if row[INV_M] == 0.0 {
-            return;
-        }
-        let (mut d2, mut v2) = (0.0, 0.0);
-        for c in 0..3 {
-            row[V + c] += m.h * (f[c] * row[INV_M] + m.gravity[c]);
-            row[c] += m.h * row[V + c];
-            row[W + c] += m.h * (f[4 + c] * row[INV_I]);
-            let d = row[c] - row[X0 + c];
-            d2 += d * d;
-            v2 += row[V + c] * row[V + c];
-        }
-        // So that NaN becomes the greatest.
-        self.d2 = if d2 <= self.d2 {
-            self.d2
-        } else if d2.is_nan() {
-            f64::INFINITY
-        } else {
-            d2
-        };
-        self.v2 = self.v2.max(v2);
+        advance(self.isa, rows, own, halo, self.motion)
     }
 }

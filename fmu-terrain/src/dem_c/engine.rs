@@ -280,7 +280,10 @@ impl ConeEngine {
             let skin = self.skin().max(6.0 * travel);
             let (walls, rolling, team) = (&self.setup.walls[..], self.rolling, &*self.team);
             let longest = f64::INFINITY;
-            rebuild(&mut self.state, &Making { skin, walls, rolling, period: None, longest, team, hint: HINT })?;
+            rebuild(
+                &mut self.state,
+                &Making { skin, walls, rolling, period: None, keep: None, longest, team, hint: HINT },
+            )?;
             (self.own.skin, self.own.moved) = (skin, 0.0);
         }
         Ok(())

@@ -8,7 +8,7 @@
 //! would be compiled without that set. SAFETY lines stand where anything else is relied on.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::needless_range_loop)]
 
-use super::reals::Reals;
+use super::reals::{Apart, Reals};
 use super::{Active, List, Memories, PairTerms, Terms};
 use crate::rows::{Force, Row};
 use std::mem::MaybeUninit;
@@ -18,6 +18,18 @@ const AHEAD: usize = 24;
 
 /// Pairs that go through the loops together: their intermediate values stay in the first-level cache.
 const BLOCK: usize = 64;
+
+/// Where a row holds radius, velocity, 1/mass and angular velocity: see [`Row`].
+const R: usize = 3;
+const SPEED: usize = 4;
+const INV_M: usize = 7;
+const TURN: usize = 8;
+const MATERIAL: usize = 11;
+
+/// Reals in a row, and in a memory: places of active pairs count reals, which is how processors add them to an address without another
+/// instruction.
+pub const IN_ROW: u32 = 16;
+pub const IN_SLIP: u32 = 4;
 
 /// Narrowest register.
 const LEAST: usize = 2;
@@ -34,7 +46,7 @@ pub struct Batch<'a> {
 
 /// Functions for one instruction path, compiled for it.
 macro_rules! path {
-    ($name:ident, $register:ty, $($feature:literal)?) => {
+    ($name:ident, $register:ty, $single:ty, $($feature:literal)?) => {
         #[allow(dead_code)]
         pub mod $name {
             use super::*;
@@ -44,6 +56,15 @@ macro_rules! path {
             pub unsafe fn loads(batch: &mut Batch) {
                 // SAFETY: handed on.
                 unsafe { choose::<$register>(batch) }
+            }
+            /// As `loads`, in single precision behind the overlap.
+            ///
+            /// # Safety
+            /// As `loads`.
+            $(#[target_feature(enable = $feature)])?
+            pub unsafe fn mixed_loads(batch: &mut Batch) {
+                // SAFETY: handed on.
+                unsafe { choose::<$single>(batch) }
             }
             /// # Safety
             /// The processor has what the path needs; the list's pairs lie inside its rows, its lengths fit together.
@@ -56,13 +77,13 @@ macro_rules! path {
     };
 }
 #[cfg(target_arch = "x86_64")]
-path!(portable, super::super::x86::Two,);
+path!(portable, super::super::x86::Two, super::super::single::Four32,);
 #[cfg(target_arch = "x86_64")]
-path!(avx2, super::super::x86::Four, "avx2,fma");
+path!(avx2, super::super::x86::Four, super::super::single::Eight32, "avx2,fma");
 #[cfg(target_arch = "x86_64")]
-path!(avx512, super::super::x86::Eight, "avx512f,avx2,fma");
+path!(avx512, super::super::x86::Eight, super::super::single::Eight32, "avx512f,avx2,fma");
 #[cfg(any(test, not(target_arch = "x86_64")))]
-path!(plain, super::super::plain::Plain,);
+path!(plain, super::super::plain::Plain, super::super::plain::PlainSingle,);
 
 #[inline(always)]
 unsafe fn choose<V: Reals>(batch: &mut Batch) {
@@ -179,7 +200,7 @@ unsafe fn find<V: Reals>(list: &List, memories: &mut Memories, margin: f64, foun
                 let q = if l < filled { p + l } else { p };
                 let (i, j) = (*list.owner.get_unchecked(q) - first, *list.other.get_unchecked(q) - first);
                 (a[l], b[l]) = (rows.add(i as usize).cast(), rows.add(j as usize).cast());
-                at[l] = [i, j, q as u32];
+                at[l] = [IN_ROW * i, IN_ROW * j, IN_SLIP * q as u32];
             }
             let (xa, xb) = (V::load4(&a), V::load4(&b));
             let d = sub(three(xa), three(xb));
@@ -254,46 +275,45 @@ unsafe fn place<V: Reals, const ROLL: bool>(
         let (mut a, mut b) = ([rows.cast::<f64>(); MOST], [rows.cast::<f64>(); MOST]);
         for l in 0..V::N {
             let [i, j, _] = *pairs.add(l);
-            (a[l], b[l]) = (rows.add(i as usize).cast(), rows.add(j as usize).cast());
-            let [_, j, p] = *ahead.add(l);
-            prefetch(rows.add(j as usize));
-            prefetch(batch.slip.as_ptr().add(p as usize));
+            (a[l], b[l]) = (row_at(rows, i), row_at(rows, j));
+            // Memories lie in the order of the list, which the processor foresees.
+            prefetch(row_at(rows, (*ahead.add(l))[1]).cast::<Row>());
         }
-        let (xa, xb) = (quarter::<V>(&a, 0), quarter::<V>(&b, 0));
-        let (va, vb) = (quarter::<V>(&a, 1), quarter::<V>(&b, 1));
-        let (wa, wb) = (three(quarter::<V>(&a, 2)), three(quarter::<V>(&b, 2)));
+        let apart = V::apart(&a, &b);
+        let [dvx, dvy, dvz, inv_m] = V::difference(&part(&a, SPEED), &part(&b, SPEED));
+        let (wa, wb) = (quarter::<V>(&a, TURN), quarter::<V>(&b, TURN));
         let half = V::splat(0.5);
-        let d = sub(three(xa), three(xb));
-        let d2 = dot(d, d);
-        let reach = xa[3].add(xb[3]);
-        let inv_m = va[3].add(vb[3]);
+        let Apart { d, d2, reach, .. } = apart;
+        let ra = V::load1(&part(&a, R));
+        let rb = reach.sub(ra);
         let dist = d2.sqrt();
         // One division for three reciprocals, beside the root and not after it.
         let inverse = V::splat(1.0).div(d2.mul(inv_m.mul(reach)));
         let inv_dist = dist.mul(inverse.mul(inv_m.mul(reach)));
         let n = scale(inv_dist, d);
-        let delta = reach.sub(dist);
-        let (la, lb) = (half.fnma(delta, xa[3]), half.fnma(delta, xb[3]));
-        let dv = sub(three(va), three(vb));
+        // Zero, and with it every force, where the two do not touch.
+        let delta = V::overlap(&apart, dist);
+        let (la, lb) = (half.fnma(delta, ra), half.fnma(delta, rb));
+        let (dv, wa, wb) = ([dvx, dvy, dvz], three(wa), three(wb));
         let v = sub(dv, cross(add_scaled(scale(la, wa), lb, wb), n));
         let vn = dot(v, n);
         placed.write(Placed {
             n,
-            // Zero, and with it every force, where the two do not touch.
-            delta: V::select(V::lt(d2, reach.mul(reach)), delta, V::splat(0.0)),
+            delta,
             lever: [la, lb],
-            r_eff: xa[3].mul(xb[3]).mul(inverse.mul(d2.mul(inv_m))),
+            r_eff: ra.mul(rb).mul(inverse.mul(d2.mul(inv_m))),
             m_eff: inverse.mul(d2.mul(reach)),
-            smaller: xa[3].min(xb[3]),
+            smaller: ra.min(rb),
             vn,
             vt: add_scaled(v, V::splat(0.0).sub(vn), n),
             spin: half.mul(dot(wa, n).add(dot(wb, n))),
         });
         if ROLL {
-            let (ra2, rb2) = (xa[3].mul(xa[3]), xb[3].mul(xb[3]));
+            let (ra2, rb2) = (ra.mul(ra), rb.mul(rb));
+            let (inv_a, inv_b) = (V::load1(&part(&a, INV_M)), V::load1(&part(&b, INV_M)));
             turning.write(Turning {
                 // 1/(1/(m1 r1^2) + 1/(m2 r2^2)).
-                inertia: ra2.mul(rb2).div(va[3].fma(rb2, vb[3].mul(ra2))),
+                inertia: ra2.mul(rb2).div(inv_a.fma(rb2, inv_b.mul(ra2))),
                 w_rel: sub(wa, wb),
                 tilt: scale(inv_dist, cross(n, dv)),
             });
@@ -323,11 +343,12 @@ unsafe fn load<V: Reals, const ROLL: bool, const ADHESION: bool>(
         for l in 0..V::N {
             if l < filled {
                 let [i, j, p] = (*pairs.add(l)).map(|x| x as usize);
-                slip_at[l] = slips.add(p).cast();
-                on_a[l] = forces.add(i).cast();
-                on_b[l] = forces.add(j).cast();
+                slip_at[l] = slips.cast::<f64>().add(p);
+                // Half as many reals as a row has.
+                on_a[l] = forces.cast::<f32>().add(i).cast();
+                on_b[l] = forces.cast::<f32>().add(j).cast();
                 if ROLL {
-                    roll_at[l] = rolls.add(p).cast();
+                    roll_at[l] = rolls.add(p / IN_SLIP as usize).cast();
                 }
             }
         }
@@ -336,7 +357,7 @@ unsafe fn load<V: Reals, const ROLL: bool, const ADHESION: bool>(
         } else {
             let mut of = [&terms.pairs[0]; MOST];
             for l in 0..V::N {
-                let [i, j, _] = (*pairs.add(l)).map(|x| batch.rows.get_unchecked(x as usize)[11] as usize);
+                let [i, j, _] = (*pairs.add(l)).map(|x| *row_at(batch.rows.as_ptr(), x).add(MATERIAL) as usize);
                 of[l] = &terms.pairs[i * terms.materials + j];
             }
             PairTerms::split::<V>(of)
@@ -419,16 +440,24 @@ unsafe fn load<V: Reals, const ROLL: bool, const ADHESION: bool>(
     }
 }
 
-/// Quarter `q` of the rows at these addresses.
+/// Address of the row whose place counts reals.
 #[inline(always)]
-unsafe fn quarter<V: Reals>(rows: &[*const f64; MOST], q: usize) -> [V; 4] {
-    unsafe {
-        let mut at = *rows;
-        for l in 0..V::N {
-            at[l] = at[l].add(4 * q);
-        }
-        V::load4(&at)
-    }
+unsafe fn row_at(rows: *const Row, place: u32) -> *const f64 {
+    // SAFETY: places lie inside the rows.
+    unsafe { rows.cast::<f64>().add(place as usize) }
+}
+
+/// Addresses of an entry of the rows at these addresses.
+#[inline(always)]
+unsafe fn part(rows: &[*const f64; MOST], entry: usize) -> [*const f64; MOST] {
+    // SAFETY: every address given is that of a whole row.
+    rows.map(|at| unsafe { at.add(entry) })
+}
+
+/// Four entries, from `entry` on, of the rows at these addresses.
+#[inline(always)]
+unsafe fn quarter<V: Reals>(rows: &[*const f64; MOST], entry: usize) -> [V; 4] {
+    unsafe { V::load4(&part(rows, entry)) }
 }
 
 /// `limit / |x|` where |x| exceeds it, 1 elsewhere.
@@ -486,13 +515,13 @@ impl PairTerms {
     unsafe fn split<V: Reals>(of: [&Self; MOST]) -> Split<V> {
         // SAFETY: a PairTerms is 12 reals in the order of its fields.
         unsafe {
-            let mut at = [std::ptr::null::<f64>(); MOST];
-            for l in 0..V::N {
+            let mut at = [std::ptr::from_ref(of[0]).cast::<f64>(); MOST];
+            for l in 1..V::N {
                 at[l] = std::ptr::from_ref(of[l]).cast::<f64>();
             }
             let [normal, tangential, damping, damping_ratio] = quarter::<V>(&at, 0);
-            let [friction, rolling, spinning, _] = quarter::<V>(&at, 1);
-            let [constant, dmt, perko, pressure] = quarter::<V>(&at, 2);
+            let [friction, rolling, spinning, _] = quarter::<V>(&at, 4);
+            let [constant, dmt, perko, pressure] = quarter::<V>(&at, 8);
             Split {
                 normal,
                 tangential,

@@ -15,6 +15,8 @@ mod kernel;
 mod plain;
 mod reals;
 #[cfg(target_arch = "x86_64")]
+mod single;
+#[cfg(target_arch = "x86_64")]
 mod x86;
 
 use crate::Isa;
@@ -73,6 +75,17 @@ pub struct Terms<'a> {
     pub rolling_damping: f64,
 }
 
+/// What contacts are computed with, once the overlap is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// Double precision.
+    #[default]
+    Double,
+    /// Single precision behind the overlap. Differences of positions and velocities and the overlap itself are formed in double
+    /// precision, sums of forces too, and what is remembered is kept so: a contact's load is right to some 1e-6 of itself.
+    Single,
+}
+
 /// A list of pairs. No pair is of two fixed grains.
 #[derive(Clone, Copy, Debug)]
 pub struct List<'a> {
@@ -98,7 +111,7 @@ pub struct Memories<'a> {
 /// The pairs of a list that may touch until some have come closer by a margin.
 #[derive(Clone, Debug, Default)]
 pub struct Active {
-    /// Places of grains i and j among the rows, number of the pair. Inside `grains` and `listed`: nothing but `select` writes them.
+    /// Places of grains i and j among the rows and of the memory of the pair, each counted in reals. Inside `grains` and `listed`: nothing but `select` writes them.
     pairs: Vec<[u32; 3]>,
     grains: usize,
     listed: usize,
@@ -116,7 +129,8 @@ impl Active {
         assert!(list.owner.len() == listed && memories.slip.len() == listed, "lists of different length");
         assert!(memories.roll.is_empty() || memories.roll.len() == listed, "rotations do not belong to the pairs");
         let (first, end) = (list.first, list.first + list.rows.len());
-        assert!(end <= u32::MAX as usize && listed <= u32::MAX as usize, "more than places can number");
+        let most = (u32::MAX / kernel::IN_ROW) as usize;
+        assert!(end - first <= most && listed <= most && end <= u32::MAX as usize, "more than places can number");
         let mut inside = true;
         for (&i, &j) in list.owner.iter().zip(list.other) {
             let (i, j) = (i as usize, j as usize);
@@ -162,6 +176,7 @@ impl Active {
 /// without terms: a caller's mistake.
 pub fn hertz_mindlin(
     isa: Isa,
+    precision: Precision,
     terms: &Terms,
     active: &Active,
     rows: &[Row],
@@ -176,15 +191,23 @@ pub fn hertz_mindlin(
     let mut batch = kernel::Batch { terms, active, rows, slip: &mut *memories.slip, roll: &mut *memories.roll, force };
     // SAFETY: the processor has the path (runs_here); the pairs lie inside the lengths checked above.
     unsafe {
-        match isa {
+        match (isa, precision) {
             #[cfg(target_arch = "x86_64")]
-            Isa::Portable => kernel::portable::loads(&mut batch),
+            (Isa::Portable, Precision::Double) => kernel::portable::loads(&mut batch),
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx2 => kernel::avx2::loads(&mut batch),
+            (Isa::Portable, Precision::Single) => kernel::portable::mixed_loads(&mut batch),
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx512 => kernel::avx512::loads(&mut batch),
+            (Isa::Avx2, Precision::Double) => kernel::avx2::loads(&mut batch),
+            #[cfg(target_arch = "x86_64")]
+            (Isa::Avx2, Precision::Single) => kernel::avx2::mixed_loads(&mut batch),
+            #[cfg(target_arch = "x86_64")]
+            (Isa::Avx512, Precision::Double) => kernel::avx512::loads(&mut batch),
+            #[cfg(target_arch = "x86_64")]
+            (Isa::Avx512, Precision::Single) => kernel::avx512::mixed_loads(&mut batch),
             #[cfg(not(target_arch = "x86_64"))]
-            _ => kernel::plain::loads(&mut batch),
+            (_, Precision::Double) => kernel::plain::loads(&mut batch),
+            #[cfg(not(target_arch = "x86_64"))]
+            (_, Precision::Single) => kernel::plain::mixed_loads(&mut batch),
         }
     }
 }
@@ -228,13 +251,51 @@ mod tests {
                 let mut memories = Memories { slip: &mut slip, roll: &mut [] };
                 let mut active = Active::default();
                 active.select(isa, &list, &mut memories, 0.001);
-                hertz_mindlin(isa, &terms(&pairs), &active, &rows, &mut memories, &mut force);
+                hertz_mindlin(isa, Precision::Double, &terms(&pairs), &active, &rows, &mut memories, &mut force);
                 // F = 2/3 S_n delta with R* = r/2, delta = 1 mm.
                 let expected = 2.0 / 3.0 * 1e7 * (0.005_f64 * 0.001).sqrt() * 0.001;
                 assert!((force[0][0] + expected).abs() < 1e-9 * expected, "{isa}, {count}: {:?}", force[0]);
                 assert!((force[count][0] - expected).abs() < 1e-9 * expected);
                 assert!(force[1..count].iter().all(|f| f[0].abs() < 1e-9 * expected));
                 assert!(slip.iter().all(|s| s[3] == 1.0));
+            }
+        }
+    }
+
+    /// Grains far from the origin, overlapping by a thousandth to a ten-millionth of their radius.
+    #[test]
+    fn single_precision_behind_the_overlap_keeps_loads_to_a_millionth() {
+        let full = PairTerms {
+            normal: 1e7,
+            tangential: 1.3e7,
+            damping: 0.4,
+            damping_ratio: 1.1,
+            friction: 0.3,
+            ..PairTerms::default()
+        };
+        for isa in Isa::ALL.into_iter().filter(|i| i.runs_here()) {
+            for k in 0..40 {
+                let overlap = 1e-5 * 0.8_f64.powi(k);
+                let (mut a, mut b) = (row(50.0), row(50.0 + 0.6 * (0.02 - overlap)));
+                b[1] = 0.8 * (0.02 - overlap);
+                (a[4], a[5], b[8], b[10]) = (0.01, 0.003, 0.2, -0.7);
+                let loads = [Precision::Double, Precision::Single].map(|precision| {
+                    let (mut slip, mut force) = ([Slip::default()], [Force::default(); 2]);
+                    let rows = [a, b];
+                    let list = List { rows: &rows, first: 0, owner: &[0], other: &[1] };
+                    let mut memories = Memories { slip: &mut slip, roll: &mut [] };
+                    let mut active = Active::default();
+                    active.select(isa, &list, &mut memories, 0.0);
+                    hertz_mindlin(isa, precision, &terms(&[full]), &active, &rows, &mut memories, &mut force);
+                    (0..3).for_each(|c| assert_eq!(force[0][c], -force[1][c]));
+                    (force[0], slip[0])
+                });
+                let [(f, u), (g, v)] = loads;
+                let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+                let apart = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt();
+                for (x, y) in [(&f[..3], &g[..3]), (&f[4..7], &g[4..7]), (&u[..3], &v[..3])] {
+                    assert!(size(x) > 0.0 && apart(x, y) < 2e-6 * size(x), "{isa}, {overlap}: {x:?}, {y:?}");
+                }
             }
         }
     }
@@ -258,7 +319,15 @@ mod tests {
         let mut memories = Memories { slip: &mut [Slip::default()], roll: &mut [] };
         let mut active = Active::default();
         active.select(isa, &list, &mut memories, 1.0);
-        hertz_mindlin(isa, &terms(&pairs), &active, &rows[..1], &mut memories, &mut [Force::default()]);
+        hertz_mindlin(
+            isa,
+            Precision::Double,
+            &terms(&pairs),
+            &active,
+            &rows[..1],
+            &mut memories,
+            &mut [Force::default()],
+        );
     }
 
     /// Pairs at all distances, sliding and sticking, turning, adhering: numbers without pattern.
@@ -300,28 +369,36 @@ mod tests {
         let other: Vec<u32> = (1..=count as u32).collect();
         for (adhesion, rolling) in [(false, false), (true, false), (false, true), (true, true)] {
             let terms = Terms { adhesion, materials: 2, adhesion_growth: 0.3, ..terms(&pairs) };
-            let results = [false, true].map(|plain| {
-                let (mut slip, mut force) = (vec![Slip::default(); count], vec![Force::default(); count + 1]);
-                let mut roll = vec![[0.0; 3]; if rolling { count } else { 0 }];
-                let list = List { rows: &rows, first: 0, owner: &owner, other: &other };
-                let mut active = Active::default();
-                let mut memories = Memories { slip: &mut slip, roll: &mut roll };
-                active.select(Isa::Portable, &list, &mut memories, 1e-3);
-                for _ in 0..3 {
-                    if plain {
-                        let (slip, roll) = (&mut *memories.slip, &mut *memories.roll);
-                        let (terms, active, rows, force) = (&terms, &active, &rows[..], &mut force[..]);
-                        // SAFETY: the lengths fit together.
-                        unsafe { kernel::plain::loads(&mut kernel::Batch { terms, active, rows, slip, roll, force }) }
-                    } else {
-                        hertz_mindlin(Isa::Portable, &terms, &active, &rows, &mut memories, &mut force);
+            for precision in [Precision::Double, Precision::Single] {
+                let results = [false, true].map(|plain| {
+                    let (mut slip, mut force) = (vec![Slip::default(); count], vec![Force::default(); count + 1]);
+                    let mut roll = vec![[0.0; 3]; if rolling { count } else { 0 }];
+                    let list = List { rows: &rows, first: 0, owner: &owner, other: &other };
+                    let mut active = Active::default();
+                    let mut memories = Memories { slip: &mut slip, roll: &mut roll };
+                    active.select(Isa::Portable, &list, &mut memories, 1e-3);
+                    for _ in 0..3 {
+                        if plain {
+                            let (slip, roll) = (&mut *memories.slip, &mut *memories.roll);
+                            let (terms, active, rows, force) = (&terms, &active, &rows[..], &mut force[..]);
+                            let mut batch = kernel::Batch { terms, active, rows, slip, roll, force };
+                            // SAFETY: the lengths fit together.
+                            unsafe {
+                                match precision {
+                                    Precision::Double => kernel::plain::loads(&mut batch),
+                                    Precision::Single => kernel::plain::mixed_loads(&mut batch),
+                                }
+                            }
+                        } else {
+                            hertz_mindlin(Isa::Portable, precision, &terms, &active, &rows, &mut memories, &mut force);
+                        }
                     }
-                }
-                let all = slip.iter().flat_map(|s| s.0).chain(roll.concat()).chain(force.iter().flat_map(|f| f.0));
-                all.map(f64::to_bits).collect::<Vec<_>>()
-            });
-            assert!(results[0] == results[1], "adhesion {adhesion}, rolling {rolling}");
-            assert!(results[0].iter().filter(|b| **b != 0).count() > 5 * count);
+                    let all = slip.iter().flat_map(|s| s.0).chain(roll.concat()).chain(force.iter().flat_map(|f| f.0));
+                    all.map(f64::to_bits).collect::<Vec<_>>()
+                });
+                assert!(results[0] == results[1], "adhesion {adhesion}, rolling {rolling}, {precision:?}");
+                assert!(results[0].iter().filter(|b| **b != 0).count() > 5 * count);
+            }
         }
     }
 }

@@ -3,16 +3,16 @@
 //! What the widths share is written once, in the macro; what differs is how rows are transposed.
 #![allow(clippy::undocumented_unsafe_blocks)]
 
-use super::reals::Reals;
+use super::reals::{Apart, Reals, apart, overlap};
 use std::arch::x86_64::*;
 
 /// Two reals. The portable path of x86-64: products are not contracted, so its bits are those of plain arithmetic.
 #[derive(Clone, Copy)]
-pub struct Two(__m128d);
+pub struct Two(pub(super) __m128d);
 
 /// Four reals.
 #[derive(Clone, Copy)]
-pub struct Four(__m256d);
+pub struct Four(pub(super) __m256d);
 
 /// Eight reals.
 #[derive(Clone, Copy)]
@@ -68,6 +68,22 @@ macro_rules! register {
                 unsafe { Self::gather(at, false) }
             }
             #[inline(always)]
+            unsafe fn load1(at: &[*const f64]) -> Self {
+                unsafe { Self::single(at) }
+            }
+            #[inline(always)]
+            unsafe fn difference(a: &[*const f64], b: &[*const f64]) -> [Self; 4] {
+                unsafe { Self::apart4(a, b) }
+            }
+            #[inline(always)]
+            unsafe fn apart(a: &[*const f64], b: &[*const f64]) -> Apart<Self> {
+                unsafe { apart(a, b) }
+            }
+            #[inline(always)]
+            unsafe fn overlap(at: &Apart<Self>, distance: Self) -> Self {
+                unsafe { overlap(at, distance) }
+            }
+            #[inline(always)]
             unsafe fn load3(at: &[*const f64]) -> [Self; 3] {
                 let [a, b, c, _] = unsafe { Self::gather(at, true) };
                 [a, b, c]
@@ -116,7 +132,7 @@ register!(Eight, 8, __mmask8, _mm512_set1_pd,
 
 /// What is done with a row of reals at its address. A constant where it is used, so that no choice is left at run time.
 #[derive(Clone, Copy)]
-enum Put {
+pub(super) enum Put {
     Add,
     Four,
     Three,
@@ -182,6 +198,26 @@ impl Two {
         }
     }
     #[inline(always)]
+    unsafe fn single(at: &[*const f64]) -> Self {
+        unsafe { Self(_mm_set_pd(*at[1], *at[0])) }
+    }
+    #[inline(always)]
+    unsafe fn apart4(a: &[*const f64], b: &[*const f64]) -> [Self; 4] {
+        unsafe {
+            let p = _mm_sub_pd(_mm_loadu_pd(a[0]), _mm_loadu_pd(b[0]));
+            let q = _mm_sub_pd(_mm_loadu_pd(a[1]), _mm_loadu_pd(b[1]));
+            let sign = _mm_set_pd(1.0, -1.0);
+            let r = mul_add(sign, _mm_loadu_pd(b[0].add(2)), _mm_loadu_pd(a[0].add(2)));
+            let s = mul_add(sign, _mm_loadu_pd(b[1].add(2)), _mm_loadu_pd(a[1].add(2)));
+            [
+                Self(_mm_unpacklo_pd(p, q)),
+                Self(_mm_unpackhi_pd(p, q)),
+                Self(_mm_unpacklo_pd(r, s)),
+                Self(_mm_unpackhi_pd(r, s)),
+            ]
+        }
+    }
+    #[inline(always)]
     unsafe fn scatter(rows: [Self; 4]) -> [[__m128d; 2]; 2] {
         unsafe {
             let (a, b, c, d) = (rows[0].0, rows[1].0, rows[2].0, rows[3].0);
@@ -191,7 +227,7 @@ impl Two {
 }
 
 /// A row of four reals in registers.
-trait Four64 {
+pub(super) trait Four64 {
     unsafe fn put(self, to: *mut f64, how: Put);
 }
 
@@ -234,13 +270,13 @@ impl Four64 for __m256d {
 }
 
 #[inline(always)]
-unsafe fn put(to: *mut f64, row: impl Four64, how: Put) {
+pub(super) unsafe fn put(to: *mut f64, row: impl Four64, how: Put) {
     unsafe { row.put(to, how) }
 }
 
 /// Takes a row of four, or of three and a zero.
 #[inline(always)]
-unsafe fn take4(from: *const f64, three: bool) -> __m256d {
+pub(super) unsafe fn take4(from: *const f64, three: bool) -> __m256d {
     unsafe {
         if three {
             let low = _mm256_castpd128_pd256(_mm_loadu_pd(from));
@@ -248,6 +284,15 @@ unsafe fn take4(from: *const f64, three: bool) -> __m256d {
         } else {
             _mm256_loadu_pd(from)
         }
+    }
+}
+
+/// `a - b` of three reals and `a + b` of the fourth: the product with 1 or -1 is exact.
+#[inline(always)]
+unsafe fn minus3(a: *const f64, b: *const f64) -> __m256d {
+    unsafe {
+        let sign = _mm256_set_pd(1.0, -1.0, -1.0, -1.0);
+        _mm256_fmadd_pd(_mm256_loadu_pd(b), sign, _mm256_loadu_pd(a))
     }
 }
 
@@ -262,6 +307,18 @@ impl Four {
             let rows = [take4(at[0], three), take4(at[1], three), take4(at[2], three), take4(at[3], three)];
             let [a, b, c, d] = Self::transpose(rows);
             [Self(a), Self(b), Self(c), Self(d)]
+        }
+    }
+    #[inline(always)]
+    unsafe fn single(at: &[*const f64]) -> Self {
+        unsafe { Self(_mm256_set_pd(*at[3], *at[2], *at[1], *at[0])) }
+    }
+    #[inline(always)]
+    unsafe fn apart4(a: &[*const f64], b: &[*const f64]) -> [Self; 4] {
+        unsafe {
+            let rows = [minus3(a[0], b[0]), minus3(a[1], b[1]), minus3(a[2], b[2]), minus3(a[3], b[3])];
+            let [x, y, z, s] = Self::transpose(rows);
+            [Self(x), Self(y), Self(z), Self(s)]
         }
     }
     #[inline(always)]
@@ -299,6 +356,22 @@ impl Eight {
             }
             let [a, b, c, d] = Self::transpose(rows);
             [Self(a), Self(b), Self(c), Self(d)]
+        }
+    }
+    #[inline(always)]
+    unsafe fn single(at: &[*const f64]) -> Self {
+        unsafe { Self(_mm512_set_pd(*at[7], *at[6], *at[5], *at[4], *at[3], *at[2], *at[1], *at[0])) }
+    }
+    #[inline(always)]
+    unsafe fn apart4(a: &[*const f64], b: &[*const f64]) -> [Self; 4] {
+        unsafe {
+            let mut rows = [_mm512_setzero_pd(); 4];
+            for l in 0..4 {
+                let low = _mm512_castpd256_pd512(minus3(a[l], b[l]));
+                rows[l] = _mm512_insertf64x4::<1>(low, minus3(a[l + 4], b[l + 4]));
+            }
+            let [x, y, z, s] = Self::transpose(rows);
+            [Self(x), Self(y), Self(z), Self(s)]
         }
     }
     #[inline(always)]
