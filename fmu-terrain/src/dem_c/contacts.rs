@@ -152,7 +152,7 @@ struct Spring {
 const LINEAR: f64 = 0.005;
 
 /// Overlap over R* beyond which a contact is a misplaced one: its overlap is undone as that of a rigid contact.
-const DEEPEST: f64 = 0.25;
+const DEEPEST: f64 = 0.4;
 
 impl Spring {
     fn of(pair: &Pair, m: &Meeting, h: f64) -> Self {
@@ -192,16 +192,16 @@ impl World<'_> {
         // A gap may close within the step; an overlap is undone over a longer time, or a bed of many layers would jump: the speeds of its layers add up.
         let stabilised =
             if m.gap > 0.0 { m.gap / self.h } else { (m.gap / self.recovery_time.max(self.h)).max(-self.recovery) };
-        // A touching contact that was hit bounces.
-        let bounced = if m.gap <= 0.0 && m.apart < -self.bounce { pair.restitution * m.apart } else { f64::INFINITY };
+        // A touching rigid contact that was hit bounces. Springs have their damping for it; rigid for a step, they would kick a bed in motion.
+        let hit = !self.elastic && m.gap <= 0.0 && m.apart < -self.bounce;
+        let bounced = if hit { pair.restitution * m.apart } else { f64::INFINITY };
         let lift = pair.friction * m.slip;
         let mut b = stabilised.min(bounced);
         let force = scale(self.ratio, m.force);
         let couple = scale(self.ratio, m.couple);
         if self.elastic {
-            // One that bounces is rigid for this step, or its spring would take the bounce away.
-            // Neither has one that somebody has put deep into another.
-            let springy = !bounced.is_finite() && -m.gap <= DEEPEST * m.r_eff;
+            // One that somebody has put deep into another is undone as a rigid one.
+            let springy = -m.gap <= DEEPEST * m.r_eff;
             let spring = springy.then(|| Spring::of(pair, &m, self.h));
             let tangential = reject(force, m.n);
             let e = spring.as_ref().map_or(0.0, |s| s.compliance);
