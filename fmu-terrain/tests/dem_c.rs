@@ -170,7 +170,8 @@ fn no_thread_count_changes_a_bit() {
         let mut engine = ConeEngine::new(setup, cone, &grains, threads).unwrap();
         engine.advance(100, &mut []).unwrap();
         let top = engine.state().rows.iter().map(|r| r[2] + r[3]).fold(0.0, f64::max);
-        let wheel = Cylinder::new(0.04, 0.03, [0.0, 0.0, top + 0.035], [0.0, 1.0, 0.0], [0.1, 0.0, -0.3], [0.0, 3.0, 0.0]);
+        let wheel =
+            Cylinder::new(0.04, 0.03, [0.0, 0.0, top + 0.035], [0.0, 1.0, 0.0], [0.1, 0.0, -2.0], [0.0, 3.0, 0.0]);
         let mut bodies = [Body::new(Box::new(wheel), 1)];
         engine.advance(40, &mut bodies).unwrap();
         (engine.state().hash(), bodies[0].impulse, engine.cone_state())

@@ -134,6 +134,8 @@ struct Meeting {
     lever: [f64; 2],
     /// Part of the pair's adhesion that is this contact's.
     share: f64,
+    /// Part of the spring that is this contact's, where several touches are one surface.
+    weight: f64,
     /// Inverse of the effective mass (1/kg).
     inv_m: f64,
     force: Vec3,
@@ -151,13 +153,14 @@ struct Spring {
 /// Overlap over R* below which the spring is linear: at a first touch Hertz's has no stiffness at all.
 const LINEAR: f64 = 0.005;
 
-/// Overlap over R* beyond which a contact is a misplaced one: its overlap is undone as that of a rigid contact.
-const DEEPEST: f64 = 0.4;
+/// Overlap over R* beyond which a contact is a misplaced one: its force grows no more, or what somebody has put into a bed would be shot out of it.
+/// Rigid it must not be: between two bodies that are driven together a rigid grain has no solution.
+const DEEPEST: f64 = 1.0;
 
 impl Spring {
     fn of(pair: &Pair, m: &Meeting, h: f64) -> Self {
-        let (overlap, least) = (-m.gap, LINEAR * m.r_eff);
-        let tangent = 2.0 * pair.e_star * (m.r_eff * overlap.max(least)).sqrt();
+        let (overlap, least) = ((-m.gap).min(DEEPEST * m.r_eff), LINEAR * m.r_eff);
+        let tangent = m.weight * 2.0 * pair.e_star * (m.r_eff * overlap.max(least)).sqrt();
         let secant = 2.0 / 3.0 * tangent;
         let k = if overlap > least { tangent } else { secant };
         // An implicit step damps as a dashpot k h does: a material that damps more gets the rest, or small steps would ring.
@@ -200,14 +203,9 @@ impl World<'_> {
         let force = scale(self.ratio, m.force);
         let couple = scale(self.ratio, m.couple);
         if self.elastic {
-            // One that somebody has put deep into another is undone as a rigid one.
-            let springy = -m.gap <= DEEPEST * m.r_eff;
-            let spring = springy.then(|| Spring::of(pair, &m, self.h));
+            let Spring { compliance: e, force: spring } = Spring::of(pair, &m, self.h);
             let tangential = reject(force, m.n);
-            let e = spring.as_ref().map_or(0.0, |s| s.compliance);
-            if let Some(spring) = &spring {
-                b = e * (cohesion - spring.force * self.h);
-            }
+            b = e * (cohesion - spring * self.h);
             made.compliance.push(e);
             made.bias.push(scale(-e, tangential));
             if self.rolling {
@@ -278,6 +276,7 @@ impl World<'_> {
                 r_adhesion: ra.min(rb),
                 lever: if sign > 0.0 { [rb / reach, ra / reach] } else { [ra / reach, rb / reach] },
                 share: 1.0,
+                weight: 1.0,
                 inv_m: a[INV_M] + b[INV_M],
                 force: scale(sign, [slip[0], slip[1], slip[2]]),
                 couple: slab.roll.get(p).map_or([0.0; 3], |q| scale(sign, *q)),
@@ -312,6 +311,7 @@ impl World<'_> {
                 r_adhesion: row[R],
                 lever: [1.0, 1.0],
                 share: 1.0,
+                weight: 1.0,
                 inv_m: row[INV_M],
                 force: [pair.slip.0[0], pair.slip.0[1], pair.slip.0[2]],
                 couple: pair.roll,
@@ -396,6 +396,8 @@ impl World<'_> {
             r_adhesion: row[R],
             lever: [1.0, 1.0],
             share: touch.share,
+            // Never nothing: a compliance without end is no number.
+            weight: touch.weight.max(1e-6),
             inv_m: row[INV_M],
             force,
             couple,
