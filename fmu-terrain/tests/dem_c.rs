@@ -2,6 +2,8 @@
 
 #[path = "common/checks.rs"]
 mod checks;
+#[path = "common/surfaces.rs"]
+mod surfaces;
 
 use checks::{below, figure, relative};
 use fmu_terrain::dem::grains::{INV_I, INV_M};
@@ -11,6 +13,7 @@ use fmu_terrain::dem::{
     Wall, prepare, sample, settle,
 };
 use fmu_terrain::dem_c::{ConeEngine, ConeSetup, ConeState};
+use fmu_terrain::mesh::{MeshBody, MeshShape};
 use terramech_mechanics::RigidState;
 
 const G: f64 = 9.81;
@@ -257,6 +260,27 @@ fn elastic_contacts_hold_slide_and_roll_as_rigid_ones_do() {
     let mut engine = ConeEngine::new(plane(rough(0.3), 0.0, 1e-3), elastic, &[ball], 1).unwrap();
     engine.advance(300, &mut []).unwrap();
     relative("3.2 elastic", "speed once it rolls", "m/s", 5.0 / 7.0, engine.state().rows[0][4], 0.01);
+}
+
+#[test]
+fn a_fold_of_a_mesh_is_no_stiffer_than_a_plane() {
+    // Two touches of one surface once had a spring each.
+    let soil = rough(0.5);
+    let sink = |walls: Vec<Wall>, bodies: &mut [Body]| {
+        let setup = Setup { step: 1e-3, materials: vec![soil], walls, ..Setup::default() };
+        let cone = ConeSetup { tolerance: 1e-9, iterations: 1000, ..ConeSetup::default() };
+        let grain = Grain::at([0.0, 0.0037, 0.01], 0.01, 2500.0);
+        let mut engine = ConeEngine::new(setup, cone, &[grain], 1).unwrap();
+        engine.advance(600, bodies).unwrap();
+        0.01 - engine.state().rows[0][2]
+    };
+    let plane = sink(vec![Wall { point: [0.0; 3], normal: [0.0, 0.0, 1.0], material: 0 }], &mut []);
+    assert!(plane > 1e-6, "{plane}");
+    for degrees in [0.0_f64, 0.2] {
+        let mesh = MeshShape::new(MeshBody::deforming(&surfaces::folded(degrees.to_radians())).unwrap());
+        let fold = sink(vec![], &mut [Body::new(Box::new(mesh), 0)]);
+        relative("3.5 mesh", &format!("overlap of a grain in a fold of {degrees} deg"), "m", plane, fold, 0.05);
+    }
 }
 
 #[test]

@@ -91,12 +91,12 @@ fn case_3_4_the_conditions_hold_at_the_solution() {
         let outcome = solve(&mut p, &mut g, &mut Memory::default(), &options);
         assert!(outcome.converged, "{method:?}: {outcome:?}");
         let [cone, dual, product] = violations(&p, &g);
-        for (quantity, x, limit) in [
-            ("cone left by, N s", cone, 1e-12),
-            ("mu |u_t| - u_n, m/s", dual, 2e-8),
-            ("g.u over |g||u|", product, 1e-7),
+        for (quantity, unit, x, limit) in [
+            ("distance outside the cone", "N s", cone, 1e-12),
+            ("friction times tangential slip less normal slip", "m/s", dual, 2e-8),
+            ("product of impulses and slips over that of their sizes", "1", product, 1e-7),
         ] {
-            println!("\nVALIDATION|3.4 {method:?}|{quantity}|1|0|{x:.3e}|{limit:.1e}");
+            println!("\nVALIDATION|3.4 {method:?}|{quantity}|{unit}|0|{x:.3e}|{limit:.1e}");
         }
         assert!(cone < 1e-12 && dual < 2e-8 && product < 1e-7, "{method:?}: {cone:e} {dual:e} {product:e}");
     }
