@@ -186,6 +186,28 @@ fn no_thread_count_changes_a_bit() {
 }
 
 #[test]
+fn a_bed_that_a_wheel_drives_through_takes_few_sweeps() {
+    let (setup, grains, _) = sand(800);
+    let mut engine = ConeEngine::new(setup, ConeSetup::default(), &grains, 1).unwrap();
+    settle(&mut engine, &Settle { most_time: 3.0, ..Settle::default() }, "settling", &mut |_, _| true).unwrap();
+    let top = engine.state().rows.iter().map(|r| r[2] + r[3]).fold(0.0, f64::max);
+    let mut sweeps = 0.0;
+    for k in 0..60 {
+        // Pressed in by 12 mm, then driven at slip 1/3.
+        let [down, along, spin] = if k < 40 { [-0.3, 0.0, 0.0] } else { [0.0, 0.5, 0.75 / 0.04] };
+        let z = top + 0.04 - 3e-4 * f64::from(k.min(40));
+        let x = 5e-4 * f64::from((k - 40).max(0)) - 0.01;
+        let wheel = Cylinder::new(0.04, 0.03, [x, 0.0, z], [0.0, 1.0, 0.0], [along, 0.0, down], [0.0, spin, 0.0]);
+        engine.advance(1, &mut [Body::new(Box::new(wheel), 1)]).unwrap();
+        let outcome = engine.report().outcome;
+        assert!(outcome.converged && outcome.residual <= 1e-3, "step {k}: {outcome:?}");
+        sweeps += f64::from(outcome.iterations) / 60.0;
+    }
+    println!("{sweeps:.1} sweeps a step");
+    assert!(sweeps < 30.0, "{sweeps} sweeps a step");
+}
+
+#[test]
 fn a_restored_state_goes_on_bit_for_bit() {
     let (setup, grains, _) = sand(400);
     let mut engine = ConeEngine::new(setup.clone(), ConeSetup::default(), &grains, 1).unwrap();
