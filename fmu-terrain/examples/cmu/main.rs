@@ -26,9 +26,9 @@ type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 /// that of quartz. With 0.3 the angle is not reached; with 0.65 and 0.8 the fractions are 0.50 and 0.46, the grains too heavy.
 const FRICTIONS: [f64; 1] = [0.5];
 /// Wheel frictions that are tried.
-const WHEELS: [f64; 3] = [0.5, 0.4, 0.65];
+const WHEELS: [f64; 2] = [0.5, 0.4];
 /// Factors on the frictions between grains while the bed is laid.
-const LAYINGS: [f64; 3] = [0.7, 0.85, 1.0];
+const LAYINGS: [f64; 2] = [0.7, 0.8];
 /// Mean radius of the grains of the table (m): the wheel is five grains wide.
 const RADIUS: f64 = 0.005;
 

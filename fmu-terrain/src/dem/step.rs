@@ -21,6 +21,9 @@ use terramech_simd::{Cut, Force, Isa, Motion, Moved, Region, advance, regions};
 /// Regions for each thread: so that one with a wheel in it does not keep the others waiting.
 const REGIONS_PER_THREAD: usize = 4;
 
+/// But no fewer slabs in a region than these, as long as every thread has one: each region has force buffers of three slabs.
+const SLABS_PER_REGION: usize = 4;
+
 /// How grains move on, on which instruction path, and whether their net contact forces are kept.
 #[derive(Clone, Copy)]
 struct Way {
@@ -205,7 +208,8 @@ fn work(slabs: &[Slab]) -> Vec<Work> {
 /// First slabs of the regions, which hold about the same number of slabs that are awake.
 fn starts(work: &[Work], threads: usize) -> Vec<usize> {
     let awake = work.iter().filter(|w| **w == Work::All).count();
-    let most = if threads > 1 { threads * REGIONS_PER_THREAD } else { 1 };
+    let enough = (awake / SLABS_PER_REGION).max(threads);
+    let most = if threads > 1 { enough.min(threads * REGIONS_PER_THREAD) } else { 1 };
     let count = awake.clamp(1, most).min(work.len());
     let mut starts = Vec::with_capacity(count);
     let mut seen = 0;
