@@ -14,7 +14,7 @@ use crate::rows::{Force, Row};
 use std::mem::MaybeUninit;
 
 /// How many pairs ahead rows are asked for: they lie in other cells, which no hardware prefetcher guesses.
-const AHEAD: usize = 24;
+const AHEAD: usize = 48;
 
 /// Pairs that go through the loops together: their intermediate values stay in the first-level cache.
 const BLOCK: usize = 64;
@@ -276,8 +276,9 @@ unsafe fn place<V: Reals, const ROLL: bool>(
         for l in 0..V::N {
             let [i, j, _] = *pairs.add(l);
             (a[l], b[l]) = (row_at(rows, i), row_at(rows, j));
-            // Memories lie in the order of the list, which the processor foresees.
-            prefetch(row_at(rows, (*ahead.add(l))[1]).cast::<Row>());
+            let [_, j, p] = *ahead.add(l);
+            prefetch(row_at(rows, j).cast::<Row>());
+            prefetch(batch.slip.as_ptr().cast::<f64>().add(p as usize).cast::<crate::Slip>());
         }
         let apart = V::apart(&a, &b);
         let [dvx, dvy, dvz, inv_m] = V::difference(&part(&a, SPEED), &part(&b, SPEED));
