@@ -156,6 +156,8 @@ fn what_sleep_does_to_the_forces_on_a_wheel() {
         "\nVALIDATION|sleep|two runs of one bed, difference of the mean force over the load|1|0|{:.5}|reported",
         part(other)
     );
+    // On top of how far two runs of the same bed are apart.
+    let scatter = part(other);
     for (distance, limit) in [(0.15, 0.1), (0.3, 0.05), (0.5, 0.05), (0.8, 0.05)] {
         let (f, share) = mean(Some(distance), false);
         println!("\nVALIDATION|sleep beyond {distance} m|grains asleep|1||{share:.3}|reported");
@@ -165,7 +167,7 @@ fn what_sleep_does_to_the_forces_on_a_wheel() {
             "1",
             0.0,
             part(f),
-            limit,
+            limit + scatter,
         );
     }
 }
