@@ -138,3 +138,12 @@ fn a_swap_that_does_not_fit_is_named_first() {
     let first = said.lines().next().unwrap();
     assert!(first.starts_with("--swap a=relay.fmu: ") && first.contains("instead of mass_first.fmu"), "{said}");
 }
+
+#[test]
+fn a_file_of_another_version_or_without_simulators_is_refused() {
+    let bench = folder("<OspSystemStructure version=\"9\"><Simulators/></OspSystemStructure>");
+    let (code, said) = import(&bench);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("version") && said.contains("0.1") && said.contains("one Simulator at least"), "{said}");
+    assert!(!bench.folder.path().join("imported.ssd").exists());
+}

@@ -25,6 +25,9 @@ use crate::model_description::{Causality, Kind, ModelDescription, Variable};
 use crate::unit::Linear;
 use crate::xml::{Element, boolean};
 
+/// The version of the format that is read.
+const VERSION: &str = "0.1";
+
 /// Most pairs of variables that groups may stand for.
 const MOST_PAIRS: usize = 1_000_000;
 
@@ -111,6 +114,13 @@ impl Import {
             if !there {
                 self.remarks.push(format!("the file gives no {what}"));
             }
+        }
+        let version = root.attribute("version").unwrap_or(VERSION);
+        if version != VERSION {
+            root.bad_value("version", version, VERSION, &mut self.faults);
+        }
+        if root.child("Simulators").is_none_or(|l| l.all("Simulator").next().is_none()) {
+            root.bad_value("Simulators", "none", "one Simulator at least", &mut self.faults);
         }
         for s in root.child("Simulators").into_iter().flat_map(|l| l.all("Simulator")) {
             self.simulator(s, fmu_path, &mut d);
