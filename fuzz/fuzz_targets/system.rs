@@ -1,5 +1,7 @@
 #![no_main]
 
+#[path = "../src/documents.rs"]
+mod documents;
 #[path = "../src/system.rs"]
 mod system;
 

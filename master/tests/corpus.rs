@@ -4,6 +4,8 @@
 mod archive;
 #[path = "../../fuzz/src/checkpoint.rs"]
 mod checkpoint;
+#[path = "../../fuzz/src/documents.rs"]
+mod documents;
 #[path = "../../fuzz/src/import.rs"]
 mod import;
 #[path = "../../fuzz/src/model_description.rs"]

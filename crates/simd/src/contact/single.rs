@@ -5,7 +5,7 @@
 #![allow(clippy::undocumented_unsafe_blocks)]
 
 use super::reals::{Apart, Reals, apart, overlap_of_gap};
-use super::x86::{Four, Put, Two, put, take4};
+use super::x86::{Four, Put, Two, by_intrinsics, put, take4};
 use std::arch::x86_64::*;
 
 /// Four reals in single precision: the portable path.
@@ -27,46 +27,10 @@ macro_rules! register {
             unsafe fn splat(x: f64) -> Self {
                 unsafe { Self($splat(x as f32)) }
             }
-            $(#[inline(always)]
-            unsafe fn $op(self, b: Self) -> Self {
-                unsafe { Self($do(self.0, b.0)) }
-            })*
+            by_intrinsics!($mask; $($op: $do,)* ; $fma, $fnma, $lt, $select, $bits, $both);
             #[inline(always)]
             unsafe fn sqrt(self) -> Self {
                 unsafe { Self($sqrt(self.0)) }
-            }
-            #[inline(always)]
-            unsafe fn fma(self, b: Self, c: Self) -> Self {
-                unsafe { Self($fma(self.0, b.0, c.0)) }
-            }
-            #[inline(always)]
-            unsafe fn fnma(self, b: Self, c: Self) -> Self {
-                unsafe { Self($fnma(self.0, b.0, c.0)) }
-            }
-            #[inline(always)]
-            unsafe fn lt(self, b: Self) -> $mask {
-                unsafe { $lt(self.0, b.0) }
-            }
-            #[inline(always)]
-            unsafe fn select(mask: $mask, a: Self, b: Self) -> Self {
-                unsafe { Self($select(mask, a.0, b.0)) }
-            }
-            #[inline(always)]
-            unsafe fn bits(mask: $mask) -> u32 {
-                unsafe { $bits(mask) as u32 }
-            }
-            #[inline(always)]
-            unsafe fn both(a: $mask, b: $mask) -> $mask {
-                unsafe { $both(a, b) }
-            }
-            #[inline(always)]
-            unsafe fn load4(at: &[*const f64]) -> [Self; 4] {
-                unsafe { Self::gather(at, false) }
-            }
-            #[inline(always)]
-            unsafe fn load3(at: &[*const f64]) -> [Self; 3] {
-                let [a, b, c, _] = unsafe { Self::gather(at, true) };
-                [a, b, c]
             }
             #[inline(always)]
             unsafe fn load1(at: &[*const f64]) -> Self {

@@ -18,6 +18,50 @@ pub struct Four(pub(super) __m256d);
 #[derive(Clone, Copy)]
 pub struct Eight(__m512d);
 
+/// Methods that are one intrinsic or one function each, whatever the precision.
+macro_rules! by_intrinsics {
+    ($mask:ty; $($op:ident: $do:ident,)* ; $fma:ident, $fnma:ident, $lt:ident, $select:ident, $bits:ident, $both:ident) => {
+        $(#[inline(always)]
+        unsafe fn $op(self, b: Self) -> Self {
+            unsafe { Self($do(self.0, b.0)) }
+        })*
+        #[inline(always)]
+        unsafe fn fma(self, b: Self, c: Self) -> Self {
+            unsafe { Self($fma(self.0, b.0, c.0)) }
+        }
+        #[inline(always)]
+        unsafe fn fnma(self, b: Self, c: Self) -> Self {
+            unsafe { Self($fnma(self.0, b.0, c.0)) }
+        }
+        #[inline(always)]
+        unsafe fn lt(self, b: Self) -> $mask {
+            unsafe { $lt(self.0, b.0) }
+        }
+        #[inline(always)]
+        unsafe fn select(mask: $mask, a: Self, b: Self) -> Self {
+            unsafe { Self($select(mask, a.0, b.0)) }
+        }
+        #[inline(always)]
+        unsafe fn bits(mask: $mask) -> u32 {
+            unsafe { $bits(mask) as u32 }
+        }
+        #[inline(always)]
+        unsafe fn both(a: $mask, b: $mask) -> $mask {
+            unsafe { $both(a, b) }
+        }
+        #[inline(always)]
+        unsafe fn load4(at: &[*const f64]) -> [Self; 4] {
+            unsafe { Self::gather(at, false) }
+        }
+        #[inline(always)]
+        unsafe fn load3(at: &[*const f64]) -> [Self; 3] {
+            let [a, b, c, _] = unsafe { Self::gather(at, true) };
+            [a, b, c]
+        }
+    };
+}
+pub(super) use by_intrinsics;
+
 /// Operations that are one intrinsic each, or one function below.
 macro_rules! register {
     ($name:ident, $count:expr, $mask:ty, $splat:ident, $($op:ident: $do:ident,)* ; $fma:ident, $fnma:ident, $lt:ident, $select:ident, $bits:ident, $both:ident) => {
@@ -31,41 +75,10 @@ macro_rules! register {
             unsafe fn splat(x: f64) -> Self {
                 unsafe { Self($splat(x)) }
             }
-            $(#[inline(always)]
-            unsafe fn $op(self, b: Self) -> Self {
-                unsafe { Self($do(self.0, b.0)) }
-            })*
+            by_intrinsics!($mask; $($op: $do,)* ; $fma, $fnma, $lt, $select, $bits, $both);
             #[inline(always)]
             unsafe fn sqrt(self) -> Self {
                 unsafe { self.root() }
-            }
-            #[inline(always)]
-            unsafe fn fma(self, b: Self, c: Self) -> Self {
-                unsafe { Self($fma(self.0, b.0, c.0)) }
-            }
-            #[inline(always)]
-            unsafe fn fnma(self, b: Self, c: Self) -> Self {
-                unsafe { Self($fnma(self.0, b.0, c.0)) }
-            }
-            #[inline(always)]
-            unsafe fn lt(self, b: Self) -> $mask {
-                unsafe { $lt(self.0, b.0) }
-            }
-            #[inline(always)]
-            unsafe fn select(mask: $mask, a: Self, b: Self) -> Self {
-                unsafe { Self($select(mask, a.0, b.0)) }
-            }
-            #[inline(always)]
-            unsafe fn bits(mask: $mask) -> u32 {
-                unsafe { $bits(mask) as u32 }
-            }
-            #[inline(always)]
-            unsafe fn both(a: $mask, b: $mask) -> $mask {
-                unsafe { $both(a, b) }
-            }
-            #[inline(always)]
-            unsafe fn load4(at: &[*const f64]) -> [Self; 4] {
-                unsafe { Self::gather(at, false) }
             }
             #[inline(always)]
             unsafe fn load1(at: &[*const f64]) -> Self {
@@ -82,11 +95,6 @@ macro_rules! register {
             #[inline(always)]
             unsafe fn overlap(at: &Apart<Self>, distance: Self) -> Self {
                 unsafe { overlap(at, distance) }
-            }
-            #[inline(always)]
-            unsafe fn load3(at: &[*const f64]) -> [Self; 3] {
-                let [a, b, c, _] = unsafe { Self::gather(at, true) };
-                [a, b, c]
             }
             #[inline(always)]
             unsafe fn add_both(a: [Self; 4], b: [Self; 4], on_a: &[*mut f64], on_b: &[*mut f64]) {
