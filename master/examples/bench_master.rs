@@ -160,7 +160,7 @@ fn plan(file: &Path) -> Plan {
 fn measure(name: &str, file: &Path, kind: Kind, steps: usize) {
     let plan = Arc::new(plan(file));
     let environment: Arc<dyn Environment> = Arc::new(Silent);
-    let mut system = assemble(Arc::clone(&plan), 1, false, &environment).expect("the units load");
+    let mut system = assemble(Arc::clone(&plan), 1, false, &environment, None).expect("the units load");
     system.initialise().expect("the units initialise");
     let mut algorithm = algorithm_of(&plan);
     let mut tick = 0_u64;

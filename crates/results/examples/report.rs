@@ -72,7 +72,7 @@ fn main() -> terramech_results::Result<()> {
     manifest.wall_seconds = 151.3;
     let unit = |name: &str, model: &str| {
         let guid = "{00000000-0000-5000-8000-000000000000}".into();
-        UnitFacts { name: name.into(), model: model.into(), guid, version: "0.1.0".into(), threads: 1 }
+        UnitFacts { name: name.into(), model: model.into(), guid, version: "0.1.0".into(), threads: 1, rank: 0 }
     };
     manifest.units = vec![unit("rig", "rig"), unit("tire", "tire-rigid"), unit("terrain", "terrain-dem-p")];
     let spent = |name: &str, seconds| UnitTiming { name: name.into(), calls: 6000, seconds, share: 0.0 };

@@ -27,14 +27,21 @@ pub struct Manifest {
     pub machine: Machine,
     /// Which kernels ran: "portable", "avx2", ... (`TERRAMECH_ISA`).
     pub instruction_path: String,
-    /// Threads shared out to the units.
+    /// Threads shared out to the units, on each rank.
     pub threads: usize,
+    /// Number of MPI ranks; 1 in one process.
+    #[serde(default = "one")]
+    pub ranks: usize,
     /// Every file that went in.
     pub inputs: Vec<Input>,
     /// The units.
     pub units: Vec<UnitFacts>,
     /// Where the wall time went.
     pub timings: Timings,
+}
+
+fn one() -> usize {
+    1
 }
 
 impl Manifest {
@@ -51,6 +58,7 @@ impl Manifest {
             machine: Machine::detect(),
             instruction_path: "portable".into(),
             threads: 1,
+            ranks: 1,
             inputs: Vec::new(),
             units: Vec::new(),
             timings: Timings::default(),
@@ -174,6 +182,9 @@ pub struct UnitFacts {
     pub version: String,
     /// Threads it was given.
     pub threads: usize,
+    /// The rank it ran on; 0 in one process.
+    #[serde(default)]
+    pub rank: usize,
 }
 
 /// Where the wall time of the coupled run (without initialisation) went.
@@ -189,6 +200,9 @@ pub struct Timings {
     pub units: Vec<UnitTiming>,
     /// Reading outputs, carrying and setting inputs (s).
     pub coupling_seconds: f64,
+    /// Of rank 0: waiting for the others (s); 0 in one process.
+    #[serde(default)]
+    pub waiting_seconds: f64,
     /// `coupling_seconds / run_seconds`.
     pub coupling_share: f64,
     /// Recording (s).

@@ -29,7 +29,7 @@ fn the_manifest_reads_back() {
     manifest.wall_seconds = 4.0;
     manifest.simulated_seconds = 1.0;
     let (name, model, guid) = ("tire".into(), "tire-rigid".into(), "{0}".into());
-    manifest.units.push(UnitFacts { name, model, guid, version: "0.1.0".into(), threads: 2 });
+    manifest.units.push(UnitFacts { name, model, guid, version: "0.1.0".into(), threads: 2, rank: 0 });
     let unit = UnitTiming { name: "tire".into(), calls: 100, seconds: 1.5, share: 0.0 };
     manifest.timings =
         Timings { run_seconds: 3.0, coupling_seconds: 0.03, io_seconds: 0.06, units: vec![unit], ..Timings::default() }

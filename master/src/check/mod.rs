@@ -24,7 +24,7 @@ pub use library::open_fmu;
 
 use crate::description::{self, Description};
 use crate::fault::{Faults, Place};
-use plan::{Component, InputFile, Placement, Plan};
+use plan::{Component, InputFile, Plan};
 use system::System;
 
 /// What the command line adds to a description.
@@ -165,7 +165,7 @@ pub fn build(description: &Description, path: &Path, options: &Options, mut faul
                 settings,
                 multiple: multiples.get(index).copied().unwrap_or(1),
                 threads: c.extras.threads,
-                placement: Placement { rank: c.extras.rank, ranks: c.extras.ranks },
+                ranks: c.extras.ranks,
                 place: c.place.clone(),
             })
         })

@@ -14,6 +14,7 @@ use crate::description::algorithm::Scheme;
 use crate::fault::{Fault, Place};
 use crate::model_description::{Kind, ModelDescription, Value};
 use crate::unit::{Linear, Unit};
+use crate::world::Ranks;
 
 /// A validated system.
 #[derive(Clone, Debug, Serialize)]
@@ -104,19 +105,10 @@ pub struct Component {
     pub multiple: u64,
     /// Threads asked for in the description; `None`: the run shares them out.
     pub threads: Option<u32>,
-    /// Where it runs.
-    pub placement: Placement,
+    /// Its place under MPI; `None`: the run chooses. A run in one process ignores it.
+    pub ranks: Option<Ranks>,
     /// Where it is described.
     pub place: Place,
-}
-
-/// Placement under MPI. A run in one process ignores it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Placement {
-    /// First rank; `None`: the run chooses.
-    pub rank: Option<u32>,
-    /// Number of ranks, at least 1.
-    pub ranks: Option<u32>,
 }
 
 /// A value to set.

@@ -7,6 +7,7 @@ use super::plan::{When, *};
 use super::*;
 use crate::fault::FaultKind;
 use crate::model_description::Value;
+use crate::world::Ranks;
 
 fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data")
@@ -74,7 +75,7 @@ fn the_single_wheel_becomes_a_plan() {
     assert_eq!((plan.clock.steps, plan.clock.stop()), (1000, 1.0));
     assert_eq!(plan.components.iter().map(|c| c.multiple).collect::<Vec<_>>(), [1, 2, 2]);
     assert_eq!(plan.components[2].threads, Some(4));
-    assert_eq!(plan.components[2].placement, Placement { rank: Some(1), ranks: Some(3) });
+    assert_eq!(plan.components[2].ranks, Ranks::parse("1..3"));
     // 30 % of a dimensionless unit; an enumeration item by name; a specification beside the description.
     let settings = &plan.components[0].settings;
     let value = |name: &str| {

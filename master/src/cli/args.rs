@@ -90,6 +90,12 @@ pub struct Run {
     /// Give the run up when a call into a unit takes longer than this without a report of progress (wall time; 0: never)
     #[arg(long, value_name = "S", default_value_t = 1800.0)]
     pub call_limit: f64,
+    /// Under mpirun: where a unit runs, as NAME=RANK, NAME=2..5 (ranks 2 to 5) or NAME=auto; * in the name stands for any text; may be repeated
+    #[arg(long, value_name = "NAME=RANKS")]
+    pub place: Vec<String>,
+    /// Under mpirun: weigh units that have no place by the time they took in an earlier run
+    #[arg(long, value_name = "MANIFEST.json")]
+    pub place_by: Option<PathBuf>,
     /// Show neither progress nor the closing table
     #[arg(long)]
     pub quiet: bool,

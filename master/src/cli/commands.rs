@@ -3,21 +3,20 @@
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use super::args::{Args, Check, Command, Import, Inspect, Pack, Run, System};
+use super::args::{Args, Check, Command, Import, Inspect, Pack, System};
 use crate::check;
 use crate::check::plan::Plan;
-use crate::checkpoint::{self, Checkpoint, How};
+use crate::checkpoint::How;
 use crate::description::Audience;
 use crate::fault::Faults;
 use crate::inspect::{self, Form};
-use crate::run::{self, Checkpoints, Display, ExitCode, Options, Stop};
+use crate::run::{self, ExitCode};
 
 /// Carries out a command.
 pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
     match args.command {
-        Command::Run(args) => run(&args, words),
+        Command::Run(args) => super::run::run(&args, words),
         Command::Check(args) => check(&args),
         Command::Pack(args) => pack(&args),
         Command::Import(args) => import(&args),
@@ -26,7 +25,7 @@ pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
 }
 
 /// What was typed about a system, with paths made absolute: what a checkpoint keeps to start the run again.
-fn how(system: &System) -> How {
+pub(super) fn how(system: &System) -> How {
     let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
     // From the working folder, else along --fmu-path, as the description's own FMUs.
     let found = |path: &str| {
@@ -51,7 +50,7 @@ fn how(system: &System) -> How {
     }
 }
 
-fn plan(how: &How, checking: bool) -> Result<Plan, ExitCode> {
+pub(super) fn plan(how: &How, checking: bool) -> Result<Plan, Faults> {
     let options = check::Options {
         fmu_path: how.fmu_path.clone(),
         stop_time: how.stop_time.clone(),
@@ -63,92 +62,27 @@ fn plan(how: &How, checking: bool) -> Result<Plan, ExitCode> {
         stop_when: how.stop_when.clone(),
         ..check::Options::default()
     };
-    let plan = if checking && inspect::is_fmu(&how.system) {
+    if checking && inspect::is_fmu(&how.system) {
         check::plan_of_fmu(&how.system, &options)
     } else {
         check::plan(&how.system, &options)
-    };
-    plan.map_err(|faults| tell(&faults))
+    }
 }
 
-/// The checkpoint to go on from, its run's folder, and how the run was started.
-fn resumed(args: &Run, folder: &Path) -> Result<(Arc<Checkpoint>, How), ExitCode> {
-    let (checkpoint, remarks) = checkpoint::newest(folder).map_err(|failure| {
-        eprintln!("{failure}");
-        run::code_of_failure(&failure)
-    })?;
-    remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
-    let mut how = checkpoint.header.how.clone();
-    how.stop_time = args.system.stop_time.clone().or(how.stop_time);
-    if !args.system.stop_when.is_empty() {
-        how.stop_when.clone_from(&args.system.stop_when);
+/// Faults as one text, and their exit code.
+pub(super) fn told(faults: &Faults) -> (String, ExitCode) {
+    let mut text = faults.to_string();
+    if faults.len() > 1 {
+        text += &format!("\n{} faults; nothing was run", faults.len());
     }
-    how.every = args.checkpoint_every.clone().or(how.every);
-    eprintln!("resuming at t = {} s", checkpoint.header.time);
-    Ok((Arc::new(checkpoint), how))
+    (text, if faults.exit_code() == 4 { ExitCode::Environment } else { ExitCode::Input })
 }
 
 /// Prints faults and gives their exit code.
 fn tell(faults: &Faults) -> ExitCode {
-    eprintln!("{faults}");
-    if faults.len() > 1 {
-        eprintln!("{} faults; nothing was run", faults.len());
-    }
-    if faults.exit_code() == 4 { ExitCode::Environment } else { ExitCode::Input }
-}
-
-fn run(args: &Run, words: &[OsString]) -> ExitCode {
-    let mut how = How { every: args.checkpoint_every.clone(), keep: args.keep_checkpoints.into(), ..how(&args.system) };
-    let mut from = None;
-    let mut out = args.out.clone().unwrap_or_default();
-    if let Some(folder) = &args.resume {
-        match resumed(args, folder) {
-            Ok((checkpoint, then)) => (from, how, out) = (Some(checkpoint), then, folder.clone()),
-            Err(code) => return code,
-        }
-    }
-    let plan = match plan(&how, false) {
-        Ok(plan) => plan,
-        Err(code) => return code,
-    };
-    how.system = std::path::absolute(&how.system).unwrap_or(how.system);
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    let options = Options {
-        out,
-        call_limit: Some(args.call_limit)
-            .filter(|s| *s > 0.0)
-            .and_then(|s| std::time::Duration::try_from_secs_f64(s).ok()),
-        checkpoints: Checkpoints { how: Some(how), from },
-        threads: args.threads.map_or_else(cores, usize::from),
-        command: words.iter().map(|w| w.to_string_lossy().into_owned()).collect(),
-    };
-    let stop = Stop::new();
-    if let Err(e) = stop.on_interrupt() {
-        eprintln!("note: Ctrl-C will not stop this run cleanly: {e}");
-    }
-    let display = if args.quiet { Display::quiet() } else { Display::for_stderr() };
-    match run::run(plan, &options, display, &stop) {
-        Ok(outcome) => {
-            for remark in &outcome.remarks {
-                eprintln!("note: {remark}");
-            }
-            let code = outcome.exit_code();
-            if !matches!(outcome.end, run::End::Done) {
-                eprintln!("{}", run::tell(&outcome.end));
-            }
-            if !args.quiet && outcome.recorded {
-                let text = format!("{}results in {}\n", run::closing(&outcome), outcome.out.display());
-                let _ = std::io::stdout().lock().write_all(text.as_bytes());
-            } else if code != ExitCode::Done && outcome.recorded && outcome.manifest.simulated_seconds > 0.0 {
-                eprintln!("what was recorded is in {}", outcome.out.display());
-            }
-            code
-        }
-        Err(failure) => {
-            eprintln!("{failure}");
-            run::code_of_failure(&failure)
-        }
-    }
+    let (text, code) = told(faults);
+    eprintln!("{text}");
+    code
 }
 
 fn check(args: &Check) -> ExitCode {
@@ -199,7 +133,7 @@ fn check(args: &Check) -> ExitCode {
                 }
             }
         }
-        Err(code) => code,
+        Err(faults) => tell(&faults),
     }
 }
 

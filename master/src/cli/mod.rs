@@ -2,6 +2,7 @@
 
 mod args;
 mod commands;
+mod run;
 
 use std::ffi::OsString;
 

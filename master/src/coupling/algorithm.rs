@@ -52,6 +52,9 @@ pub struct Jacobi;
 
 impl Algorithm for Jacobi {
     fn advance(&mut self, system: &mut System, tick: u64) -> Result<Advance, Failure> {
+        if system.job().is_some() {
+            return Ok(system.advance_on_ranks(tick));
+        }
         if !system.carry_and_step(tick)? {
             system.carry(tick)?;
             system.step(tick)?;

@@ -42,6 +42,8 @@ struct Pair {
     flow: Side,
     /// Product of both units in W.
     watts: f64,
+    /// Powers of the step just done, in these units: held effort by own flow, held flow by own effort.
+    terms: [f64; 2],
 }
 
 /// One bond with its sums.
@@ -96,7 +98,7 @@ impl Bonds {
                         unit.and_then(|u| u.base.as_ref()).map_or(1.0, |b| b.factor)
                     };
                     let watts = scale(plan.connections[pair.effort].from) * scale(plan.connections[pair.flow].from);
-                    pairs.push(Pair { effort, flow, watts });
+                    pairs.push(Pair { effort, flow, watts, terms: [0.0; 2] });
                 }
             }
             let contacts = bond.contacts.iter().filter_map(|c| Contact::new(plan, links, *c)).collect();
@@ -178,24 +180,71 @@ impl Bonds {
 
     /// All outputs at the end of a step of this length (s) have been read: adds the step up.
     pub fn end(&mut self, links: &Links, length: f64) {
+        self.terms(links, |_| true);
+        self.add(length);
+    }
+
+    /// The powers of the step just done as each side computes them, of units that are here: what the receiver of an effort computes, and what the receiver of a flow does (W).
+    pub fn terms(&mut self, links: &Links, is_here: impl Fn(usize) -> bool) {
+        for bond in &mut self.bonds {
+            for p in &mut bond.pairs {
+                let end = |side: &Side| links.outputs[side.unit].number(side.slot);
+                if is_here(p.effort.receiver) {
+                    p.terms[0] = p.effort.held * (0.5 * (p.flow.begin + end(&p.flow)));
+                }
+                if is_here(p.flow.receiver) {
+                    let effort = if bond.means { end(&p.effort) } else { 0.5 * (p.effort.begin + end(&p.effort)) };
+                    p.terms[1] = p.flow.held * effort;
+                }
+            }
+            bond.contacts.iter_mut().for_each(|c| c.end(&links.outputs, &is_here));
+        }
+    }
+
+    /// The terms with the unit that computes each; the order never changes.
+    fn all_terms(&mut self) -> impl Iterator<Item = (usize, &mut f64)> {
+        self.bonds.iter_mut().flat_map(|bond| {
+            let pairs = bond.pairs.iter_mut().flat_map(|p| {
+                let [effort, flow] = &mut p.terms;
+                [(p.effort.receiver, effort), (p.flow.receiver, flow)]
+            });
+            pairs.chain(bond.contacts.iter_mut().flat_map(Contact::terms))
+        })
+    }
+
+    /// Gives the terms of some units.
+    pub fn pack_terms(&mut self, of: impl Fn(usize) -> bool, mut to: impl FnMut(f64)) {
+        self.all_terms().filter(|(unit, _)| of(*unit)).for_each(|(_, term)| to(*term));
+    }
+
+    /// Takes the terms of some units.
+    pub fn take_terms(&mut self, of: impl Fn(usize) -> bool, mut from: impl FnMut() -> f64) {
+        self.all_terms().filter(|(unit, _)| of(*unit)).for_each(|(_, term)| *term = from());
+    }
+
+    /// Adds up a step of this length (s) from all terms.
+    pub fn add(&mut self, length: f64) {
         if !std::mem::take(&mut self.open) {
             return;
         }
         for bond in &mut self.bonds {
             let mut power = 0.0;
             for p in &bond.pairs {
-                let end = |side: &Side| links.outputs[side.unit].number(side.slot);
-                let flow = 0.5 * (p.flow.begin + end(&p.flow));
-                let effort = if bond.means { end(&p.effort) } else { 0.5 * (p.effort.begin + end(&p.effort)) };
-                bond.sums.residual += length * p.watts * (p.effort.held * flow - p.flow.held * effort);
-                power += p.watts * p.effort.held * flow;
+                let [given, taken] = p.terms;
+                bond.sums.residual += length * p.watts * (given - taken);
+                power += p.watts * given;
             }
             for contact in &mut bond.contacts {
-                let (made, passed) = contact.end(&links.outputs);
+                let (made, passed) = contact.made_and_passed();
                 bond.sums.residual += length * made;
                 power += passed;
             }
             bond.sums.passed += length * power.abs();
         }
+    }
+
+    /// A step has begun, here or on another rank.
+    pub fn open(&mut self) {
+        self.open = !self.bonds.is_empty();
     }
 }

@@ -254,6 +254,19 @@ impl Links {
         }
     }
 
+    /// The tracks with the unit whose output each follows.
+    pub fn tracks_of(&mut self) -> impl Iterator<Item = (usize, &mut Track)> {
+        self.tracks.iter_mut().map(|f| (f.source, &mut f.track))
+    }
+
+    /// What each unit needs of others: target, source, and where the value lies in the outputs of the source.
+    pub fn needs(&self) -> impl Iterator<Item = (usize, usize, Slot)> + '_ {
+        self.incoming.iter().enumerate().flat_map(|(target, incoming)| {
+            let scalars = incoming.scalars.iter().map(move |r| (target, r.source, r.slot));
+            scalars.chain(incoming.arrays.iter().map(move |r| (target, r.source, r.slot)))
+        })
+    }
+
     /// The tracks, for a checkpoint.
     pub fn tracks(&mut self) -> impl Iterator<Item = &mut Track> {
         self.tracks.iter_mut().map(|f| &mut f.track)

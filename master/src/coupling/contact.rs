@@ -23,6 +23,8 @@ pub struct Contact {
     begin: Vec<f64>,
     /// What of the step under way has been noted, of the mesh and of the terrain: an iteration gives inputs several times, arrays only the first.
     noted: [bool; 2],
+    /// What the mesh takes, what the terrain gives (W).
+    terms: [f64; 2],
 }
 
 impl Contact {
@@ -40,6 +42,7 @@ impl Contact {
             held_velocity: Vec::new(),
             begin: Vec::new(),
             noted: [false; 2],
+            terms: [0.0; 2],
         })
     }
 
@@ -60,15 +63,32 @@ impl Contact {
         self.noted = [false; 2];
     }
 
-    /// Power that the coupling makes over the step just done, and power that passes (W).
-    pub fn end(&mut self, outputs: &[Outputs]) -> (f64, f64) {
+    /// The step just done, as far as its units are here: power that the mesh takes, power that the terrain gives (W).
+    pub fn end(&mut self, outputs: &[Outputs], is_here: impl Fn(usize) -> bool) {
         self.forget();
-        let end = outputs[self.mesh].reals_of(self.velocity);
-        let mean = |i: usize| 0.5 * (self.begin.get(i).copied().unwrap_or(0.0) + end.get(i).copied().unwrap_or(0.0));
-        let passed = power(&self.held_force, &self.held_index, mean);
-        let terrain = &outputs[self.terrain];
-        let held = |i: usize| self.held_velocity.get(i).copied().unwrap_or(0.0);
-        (passed - power(terrain.reals_of(self.force), terrain.integers_of(self.index), held), passed)
+        if is_here(self.mesh) {
+            let end = outputs[self.mesh].reals_of(self.velocity);
+            let of = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(0.0);
+            let mean = |i: usize| 0.5 * (of(&self.begin, i) + of(end, i));
+            self.terms[0] = power(&self.held_force, &self.held_index, mean);
+        }
+        if is_here(self.terrain) {
+            let terrain = &outputs[self.terrain];
+            let held = |i: usize| self.held_velocity.get(i).copied().unwrap_or(0.0);
+            self.terms[1] = power(terrain.reals_of(self.force), terrain.integers_of(self.index), held);
+        }
+    }
+
+    /// Both powers with the unit that computes each.
+    pub fn terms(&mut self) -> [(usize, &mut f64); 2] {
+        let [taken, given] = &mut self.terms;
+        [(self.mesh, taken), (self.terrain, given)]
+    }
+
+    /// Power that the coupling makes, and power that passes (W).
+    pub fn made_and_passed(&self) -> (f64, f64) {
+        let [taken, given] = self.terms;
+        (taken - given, taken)
     }
 }
 

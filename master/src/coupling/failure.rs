@@ -1,6 +1,8 @@
 //! Why a run cannot go on, told apart by who has to act: the user, the unit's author, the numerics, the machine.
 
+use crate::exit::ExitCode;
 use crate::loading::{CallError, Cause, LoadError};
+use crate::world::Broken;
 
 /// Where in its life a unit failed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,9 +130,25 @@ pub enum Failure {
     /// What a run leaves cannot be written.
     #[error(transparent)]
     Results(#[from] terramech_results::Error),
+    /// Told by a rank of the run's world.
+    #[error("rank {rank}: {text}")]
+    OnRank {
+        /// The rank.
+        rank: usize,
+        /// What it said.
+        text: String,
+        /// Who has to act.
+        code: ExitCode,
+    },
     /// The machine does not let us work.
     #[error("{0}")]
     Environment(String),
+}
+
+impl From<Broken> for Failure {
+    fn from(broken: Broken) -> Self {
+        Self::Environment(format!("the ranks of the run have lost each other: {broken}"))
+    }
 }
 
 impl Failure {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::connect::{For, Links};
+use super::job::Job;
 use super::pool::{Answer, Member, Pool, Task};
 use super::share::share_threads;
 use super::system::{drive, finite};
@@ -16,7 +17,8 @@ use crate::model_description::{Causality, Kind, Value};
 
 /// Loads the libraries, makes the instances and sets their parameters: what a run does before initialisation mode.
 ///
-/// `budget` is the number of threads the whole run may use; `logging` lets units log more than errors and warnings.
+/// `budget` is the number of threads this process may use; `logging` lets units log more than errors and warnings. With a `job` only the units of this rank are made, and all ranks
+/// agree on how it went.
 ///
 /// # Errors
 /// [`Failure::Load`], [`Failure::Unit`] for a parameter that is refused, [`Failure::Input`] for what this program cannot couple.
@@ -25,22 +27,58 @@ pub fn assemble(
     budget: usize,
     logging: bool,
     environment: &Arc<dyn Environment>,
+    job: Option<Box<Job>>,
 ) -> Result<System, Failure> {
-    refuse_what_we_cannot(&plan)?;
+    let made = make(&plan, budget, logging, environment, job.as_deref());
+    if let Some(mut job) = job {
+        let names: Vec<String> = plan.components.iter().map(|c| c.name.clone()).collect();
+        let (made, result) = match made {
+            Ok(made) => (Some(made), Ok(())),
+            Err(failure) => (None, Err(failure)),
+        };
+        job.agree(&names, result)?;
+        let Some((members, threads, pool)) = made else {
+            return Err(Failure::Environment("the ranks agree on units that were not made".into()));
+        };
+        return Ok(System::new(plan, members, threads, pool, Some(job)));
+    }
+    let (members, threads, pool) = made?;
+    Ok(System::new(plan, members, threads, pool, None))
+}
+
+/// The units of this rank, the threads of all units that are here, and the workers.
+type Crew = (Vec<Option<Box<Member>>>, Vec<u32>, Pool);
+
+fn make(
+    plan: &Plan,
+    budget: usize,
+    logging: bool,
+    environment: &Arc<dyn Environment>,
+    job: Option<&Job>,
+) -> Result<Crew, Failure> {
+    let is_here = |unit: &usize| job.is_none_or(|job| job.is_here(*unit));
+    refuse_what_we_cannot(plan, is_here)?;
     let count = plan.components.len();
-    let asked: Vec<Option<u32>> = plan.components.iter().map(|c| c.threads).collect();
-    let weights: Vec<f64> = (0..count).map(|i| plan.model(i).weight).collect();
-    let threads = share_threads(budget.max(1), &asked, &weights);
+    let here: Vec<usize> = (0..count).filter(is_here).collect();
+    let asked: Vec<Option<u32>> = here.iter().map(|&i| plan.components[i].threads).collect();
+    let weights: Vec<f64> = here.iter().map(|&i| plan.model(i).weight).collect();
+    let mut threads = vec![1; count];
+    for (&unit, shared) in here.iter().zip(share_threads(budget.max(1), &asked, &weights)) {
+        threads[unit] = shared;
+    }
 
     let mut libraries = Libraries::default();
-    let mut members = Vec::with_capacity(count);
-    for (i, &threads) in threads.iter().enumerate() {
-        members.push(Some(Box::new(member(&plan, i, threads, logging, &mut libraries, environment)?)));
+    let mut members: Vec<Option<Box<Member>>> = (0..count).map(|_| None).collect();
+    for &unit in &here {
+        let made = member(plan, unit, threads[unit], logging, &mut libraries, environment)?;
+        members[unit] = Some(Box::new(made));
     }
-    let helpers = budget.max(1).min(count.max(1)) - 1;
+    // With other ranks somebody must be free to talk to them while units settle.
+    let least = usize::from(job.is_some() && !here.is_empty());
+    let helpers = (budget.max(1).min(here.len().max(1)) - 1).max(least);
     let pool = Pool::new(helpers)
         .map_err(|e| Failure::Environment(format!("{helpers} threads for units side by side: {e}")))?;
-    Ok(System::new(plan, members, threads, pool))
+    Ok((members, threads, pool))
 }
 
 /// Libraries by path, each opened once.
@@ -82,9 +120,9 @@ pub(super) fn member(
     Ok(Member { instance, calls: 0, seconds: 0.0, short: false })
 }
 
-fn refuse_what_we_cannot(plan: &Plan) -> Result<(), Failure> {
+fn refuse_what_we_cannot(plan: &Plan, is_here: impl Fn(&usize) -> bool) -> Result<(), Failure> {
     let mut instances = vec![0_usize; plan.fmus.len()];
-    for component in &plan.components {
+    for (_, component) in plan.components.iter().enumerate().filter(|(unit, _)| is_here(unit)) {
         instances[component.fmu] += 1;
     }
     for (fmu, count) in plan.fmus.iter().zip(instances) {
@@ -134,37 +172,61 @@ impl System {
     pub fn initialise(&mut self) -> Result<(), Failure> {
         let begin = Instant::now();
         let plan = Arc::clone(&self.plan);
-        let start = plan.clock.start.to_f64();
-        let all = || 0..plan.components.len();
-        self.together(all().map(|i| (i, Task::Enter)).collect())?;
+        let entered = self.enter(&plan);
+        self.agree(entered)?;
+        for stage in &plan.initialisation {
+            let mut links = Links::new(&plan, stage.connections.iter().copied(), stage.arrays.iter().copied(), false);
+            let read = self.read_stage(&plan, &mut links);
+            self.agree(read)?;
+            if let Some(job) = &mut self.job {
+                job.share(&mut links)?;
+            }
+            let carried = self.carry_stage(&plan, &links);
+            self.agree(carried)?;
+        }
+        let all = (0..plan.components.len()).map(|i| (i, Task::Exit)).collect();
+        let left = self.together(all).map(drop);
+        self.agree(left)?;
+        self.clockwork.initialise = begin.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Initialisation mode begins.
+    fn enter(&mut self, plan: &Plan) -> Result<(), Failure> {
+        self.together((0..plan.components.len()).map(|i| (i, Task::Enter)).collect())?;
         let mut sets = Sets::default();
         for (unit, member) in self.members.iter_mut().enumerate() {
             let Some(member) = member.as_deref_mut() else { continue };
-            drive(&plan, unit, &mut member.instance, &mut sets, start)
+            drive(plan, unit, &mut member.instance, &mut sets, plan.clock.start.to_f64())
                 .map_err(|e| Failure::unit(e, Moment::Initialising, "inputs over time"))?;
         }
-        for stage in &plan.initialisation {
-            let mut links = Links::new(&plan, stage.connections.iter().copied(), stage.arrays.iter().copied(), false);
-            let outputs = links.outputs.iter_mut().enumerate().filter(|(_, o)| !o.is_empty());
-            let reads = outputs.map(|(i, o)| (i, Task::Read(Box::new(std::mem::take(o))))).collect();
-            for (unit, answer) in self.together(reads)? {
-                if let Answer::Read(outputs) = answer {
-                    finite(&plan, unit, &outputs, start)?;
-                    links.outputs[unit] = *outputs;
-                }
-            }
-            let targets: Vec<usize> = links.targets().collect();
-            for unit in targets {
-                let Some(member) = self.members[unit].as_deref_mut() else { continue };
-                links
-                    .carry(&plan, unit, &mut member.instance, &mut sets, For { span: (0, 0), all_fresh: true }, |_| {
-                        true
-                    })
-                    .map_err(|r| Failure::unit(r.error, Moment::Initialising, r.about))?;
+        Ok(())
+    }
+
+    /// Reads the sources of a stage.
+    fn read_stage(&mut self, plan: &Plan, links: &mut Links) -> Result<(), Failure> {
+        let is_here = |unit: &usize| self.members[*unit].is_some();
+        let outputs = links.outputs.iter_mut().enumerate().filter(|(i, o)| !o.is_empty() && is_here(i));
+        let reads = outputs.map(|(i, o)| (i, Task::Read(Box::new(std::mem::take(o))))).collect();
+        for (unit, answer) in self.together(reads)? {
+            if let Answer::Read(outputs) = answer {
+                finite(plan, unit, &outputs, plan.clock.start.to_f64())?;
+                links.outputs[unit] = *outputs;
             }
         }
-        self.together(all().map(|i| (i, Task::Exit)).collect())?;
-        self.clockwork.initialise = begin.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Sets the targets of a stage.
+    fn carry_stage(&mut self, plan: &Plan, links: &Links) -> Result<(), Failure> {
+        let mut sets = Sets::default();
+        let step = For { span: (0, 0), all_fresh: true };
+        for unit in links.targets() {
+            let Some(member) = self.members[unit].as_deref_mut() else { continue };
+            links
+                .carry(plan, unit, &mut member.instance, &mut sets, step, |_| true)
+                .map_err(|r| Failure::unit(r.error, Moment::Initialising, r.about))?;
+        }
         Ok(())
     }
 

@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::loading::{CallError, Instance, Outputs, Stepped};
 
@@ -164,6 +164,13 @@ impl Pool {
             queues = self.shared.done.wait(queues).unwrap_or_else(PoisonError::into_inner);
         }
         into.append(&mut queues.finished);
+    }
+
+    /// [`Pool::wait`], but not longer than this: then there may be none.
+    pub fn wait_for(&self, into: &mut Vec<Finished>, time: Duration) {
+        let queues = self.shared.lock();
+        let wait = self.shared.done.wait_timeout_while(queues, time, |q| q.finished.is_empty());
+        into.append(&mut wait.unwrap_or_else(PoisonError::into_inner).0.finished);
     }
 }
 

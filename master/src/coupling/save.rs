@@ -35,15 +35,11 @@ impl System {
     /// # Errors
     /// A unit that cannot be saved.
     pub fn save(&mut self, tick: u64) -> Result<(Vec<UnitState>, CouplingState), Failure> {
-        let mut units = Vec::with_capacity(self.members.len());
-        for (index, member) in self.members.iter_mut().enumerate() {
-            let Some(member) = member.as_deref_mut() else { continue };
-            let time = self.plan.clock.time(tick);
-            let bytes = member.instance.save().map_err(|e| Failure::unit(e, Moment::At(time), "saving its state"))?;
-            let name = self.plan.components[index].name.clone();
-            let guid = self.plan.model(index).guid.clone();
-            units.push(UnitState { name, guid, bytes, calls: member.calls });
+        let mut units = self.save_here(tick)?;
+        if self.job.is_some() {
+            self.take_states(&mut units)?;
         }
+        let units = units.into_iter().map(|(_, unit)| unit).collect();
         let coupling = CouplingState {
             tracks: self.links.tracks().map(|t| t.to_numbers().map(f64::to_bits)).collect(),
             energies: self.bonds.sums().map(|e| [e.residual.to_bits(), e.passed.to_bits()]).collect(),
@@ -51,11 +47,38 @@ impl System {
         Ok((units, coupling))
     }
 
+    /// The states of the units on this rank, by index.
+    pub(super) fn save_here(&mut self, tick: u64) -> Result<Vec<(usize, UnitState)>, Failure> {
+        let mut units = Vec::with_capacity(self.members.len());
+        let time = self.plan.clock.time(tick);
+        for (index, member) in self.members.iter_mut().enumerate() {
+            let Some(member) = member.as_deref_mut() else { continue };
+            let bytes = member.instance.save().map_err(|e| Failure::unit(e, Moment::At(time), "saving its state"))?;
+            let name = self.plan.components[index].name.clone();
+            let guid = self.plan.model(index).guid.clone();
+            units.push((index, UnitState { name, guid, bytes, calls: member.calls }));
+        }
+        Ok(units)
+    }
+
     /// Puts fresh units into a saved state, instead of [`System::initialise`].
     ///
     /// # Errors
     /// A unit that does not take its state.
     pub fn restore(&mut self, units: &[UnitState], coupling: &CouplingState) -> Result<(), Failure> {
+        let restored = self.restore_here(units);
+        self.agree(restored)?;
+        self.read_all = true;
+        for (track, bits) in self.links.tracks().zip(&coupling.tracks) {
+            track.take_numbers(bits.map(f64::from_bits));
+        }
+        for (energy, bits) in self.bonds.sums().zip(&coupling.energies) {
+            (energy.residual, energy.passed) = (f64::from_bits(bits[0]), f64::from_bits(bits[1]));
+        }
+        Ok(())
+    }
+
+    fn restore_here(&mut self, units: &[UnitState]) -> Result<(), Failure> {
         for (member, unit) in self.members.iter_mut().zip(units) {
             let Some(member) = member.as_deref_mut() else { continue };
             member
@@ -63,13 +86,6 @@ impl System {
                 .restore(&unit.bytes)
                 .map_err(|e| Failure::unit(e, Moment::Initialising, "its saved state"))?;
             member.calls = unit.calls;
-        }
-        self.read_all = true;
-        for (track, bits) in self.links.tracks().zip(&coupling.tracks) {
-            track.take_numbers(bits.map(f64::from_bits));
-        }
-        for (energy, bits) in self.bonds.sums().zip(&coupling.energies) {
-            (energy.residual, energy.passed) = (f64::from_bits(bits[0]), f64::from_bits(bits[1]));
         }
         Ok(())
     }

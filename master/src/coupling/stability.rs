@@ -65,7 +65,7 @@ pub fn stability_of(plan: Plan, threads: usize) -> Result<Stability, Failure> {
         )));
     }
     let environment: Arc<dyn Environment> = Arc::new(Silent);
-    let mut system = assemble(Arc::new(plan), threads, false, &environment)?;
+    let mut system = assemble(Arc::new(plan), threads, false, &environment, None)?;
     system.initialise()?;
     stability(&mut system, 0)
 }

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use super::bonds::{Bonds, Energy};
 use super::connect::{For, Links, list};
+use super::job::Job;
 use super::pool::{Answer, Finished, Member, Pool, Task};
 use super::watch::{Schedule, Watch, WatchId};
 use super::{Failure, Moment};
@@ -26,26 +27,33 @@ pub struct Clockwork {
     pub coupling: f64,
     /// Reading values for observers (s).
     pub watching: f64,
+    /// Waiting for other ranks (s).
+    pub waiting: f64,
 }
 
 /// The instances of a plan and what passes between them.
 pub struct System {
     pub(super) plan: Arc<Plan>,
-    /// `None` while a worker has it.
+    /// `None` while a worker has it, and where it is on another rank.
     pub(super) members: Vec<Option<Box<Member>>>,
+    /// The other ranks, if there are any.
+    pub(super) job: Option<Box<Job>>,
+    /// Steps of the units on other ranks and the time inside them (s), and what broke off there: known at the end.
+    pub(super) elsewhere: Vec<(u64, f64)>,
+    pub(super) early_elsewhere: Vec<(String, u64)>,
     pub(super) threads: Vec<u32>,
     pub(super) pool: Pool,
     pub(super) links: Links,
     /// The exchange in stages, where direct feed-through is resolved.
     stages: Vec<Links>,
     pub(super) bonds: Bonds,
-    watches: Vec<Watch>,
+    pub(super) watches: Vec<Watch>,
     pub(super) sets: Sets,
     finished: Vec<Finished>,
     due: Vec<usize>,
     pub(super) clockwork: Clockwork,
     /// A unit that ended the run, and the time it had reached (s).
-    ended: Option<(usize, f64)>,
+    pub(super) ended: Option<(usize, f64)>,
     /// Whether the next read serves every watch, due or not: after a restored state nothing has been read yet.
     pub(super) read_all: bool,
     /// Whether all units have the base step.
@@ -53,7 +61,7 @@ pub struct System {
     /// Length of each unit's step (s).
     sizes: Vec<f64>,
     /// Base steps between communication points: 1 unless the algorithm varies it.
-    stride: u64,
+    pub(super) stride: u64,
     ticker: Option<Ticker>,
     /// Whether exchanging values takes so little that looking at the clock would cost a good part of it.
     short: bool,
@@ -67,7 +75,13 @@ const SAMPLE: u64 = 256;
 const SHORT: f64 = 5e-6;
 
 impl System {
-    pub(super) fn new(plan: Arc<Plan>, members: Vec<Option<Box<Member>>>, threads: Vec<u32>, pool: Pool) -> Self {
+    pub(super) fn new(
+        plan: Arc<Plan>,
+        members: Vec<Option<Box<Member>>>,
+        threads: Vec<u32>,
+        pool: Pool,
+        job: Option<Box<Job>>,
+    ) -> Self {
         use crate::check::plan::When;
         let always = |c: &usize| plan.connections[*c].when == When::Always;
         let always_array = |a: &usize| plan.arrays[*a].when == When::Always;
@@ -96,6 +110,9 @@ impl System {
             ticker,
             short: false,
             split: None,
+            job,
+            elsewhere: vec![(0, 0.0); members.len()],
+            early_elsewhere: Vec::new(),
             plan,
             members,
             threads,
@@ -140,13 +157,15 @@ impl System {
 
     /// Number of steps of a unit, and the wall time inside them (s).
     pub fn effort(&self, unit: usize) -> (u64, f64) {
-        self.members[unit].as_ref().map_or((0, 0.0), |m| (m.calls, m.seconds))
+        self.members[unit].as_ref().map_or(self.elsewhere[unit], |m| (m.calls, m.seconds))
     }
 
     /// How often units broke a step off and went on: those that did.
     pub fn early_returns(&self) -> impl Iterator<Item = (&str, u64)> {
         let members = self.members.iter().flatten();
-        members.map(|m| (m.instance.name(), m.instance.early_returns())).filter(|(_, count)| *count > 0)
+        let here = members.map(|m| (m.instance.name(), m.instance.early_returns()));
+        let elsewhere = self.early_elsewhere.iter().map(|(name, count)| (name.as_str(), *count));
+        here.filter(|(_, count)| *count > 0).chain(elsewhere)
     }
 
     /// The unit that ended the run by itself, and the time it had reached (s).
@@ -225,7 +244,32 @@ impl System {
     /// # Errors
     /// A call that fails; a value that is not finite.
     pub fn read(&mut self, tick: u64) -> Result<(), Failure> {
+        if let Some(job) = self.job.take() {
+            return self.read_on_ranks(job, tick);
+        }
         let timed = self.is_timed(tick).then(Instant::now);
+        self.read_outputs(tick)?;
+        self.note_all(tick);
+        if self.bonds.is_open() {
+            self.bonds.end(&self.links, self.plan.clock.length(self.stride));
+        }
+        if let Some(begin) = timed {
+            self.clockwork.coupling += self.took(begin);
+        }
+        if self.watches.is_empty() {
+            return Ok(());
+        }
+        let watched = timed.map(|_| Instant::now());
+        let all = std::mem::take(&mut self.read_all);
+        self.read_watches(tick, all, |_| true)?;
+        if let Some(begin) = watched {
+            self.clockwork.watching += self.took(begin);
+        }
+        Ok(())
+    }
+
+    /// Reads for the other units.
+    pub(super) fn read_outputs(&mut self, tick: u64) -> Result<(), Failure> {
         let time = self.time(tick);
         let (uniform, plan) = (self.uniform, &self.plan);
         for (unit, (member, outputs)) in self.members.iter_mut().zip(&mut self.links.outputs).enumerate() {
@@ -243,36 +287,38 @@ impl System {
                 read(plan, unit, member.as_deref_mut(), outputs, time)?;
             }
         }
-        self.note_all(tick);
-        if self.bonds.is_open() {
-            self.bonds.end(&self.links, self.plan.clock.length(self.stride));
-        }
-        if let Some(begin) = timed {
-            self.clockwork.coupling += self.took(begin);
-        }
-        if self.watches.is_empty() {
-            return Ok(());
-        }
-        let watched = timed.map(|_| Instant::now());
-        let all = std::mem::take(&mut self.read_all);
-        for watch in &mut self.watches {
-            let multiple = self.plan.components[watch.member].multiple;
-            let due = (self.uniform || tick.is_multiple_of(multiple))
-                && watch.schedules.iter().any(|s| s.is_due_within(tick, multiple));
-            if due || all {
+        Ok(())
+    }
+
+    /// Reads for the observers of some units.
+    pub(super) fn read_watches(
+        &mut self,
+        tick: u64,
+        all: bool,
+        is_asked: impl Fn(usize) -> bool,
+    ) -> Result<(), Failure> {
+        let time = self.time(tick);
+        for index in 0..self.watches.len() {
+            let watch = &self.watches[index];
+            if is_asked(watch.member) && self.is_watch_due(watch, tick, all) {
+                let watch = &mut self.watches[index];
                 let member = self.members[watch.member].as_deref_mut();
                 read(&self.plan, watch.member, member, &mut watch.outputs, time)?;
             }
         }
-        if let Some(begin) = watched {
-            self.clockwork.watching += self.took(begin);
-        }
         Ok(())
+    }
+
+    /// Whether an observer wants to see values at this base step.
+    pub(super) fn is_watch_due(&self, watch: &Watch, tick: u64, all: bool) -> bool {
+        let multiple = self.plan.components[watch.member].multiple;
+        let communicates = self.uniform || tick.is_multiple_of(multiple);
+        all || communicates && watch.schedules.iter().any(|s| s.is_due_within(tick, multiple))
     }
 
     /// The outputs of all units that communicate now have been read.
     #[inline]
-    fn note_all(&mut self, tick: u64) {
+    pub(super) fn note_all(&mut self, tick: u64) {
         if self.links.has_tracks() {
             for unit in 0..self.members.len() {
                 if self.is_due(unit, tick) {
@@ -316,6 +362,9 @@ impl System {
                     self.begin_bonds(unit, tick)?;
                 }
             }
+            if self.job.is_some() && (0..self.members.len()).any(|unit| self.is_due(unit, tick)) {
+                self.bonds.open();
+            }
         }
         if let Some(begin) = timed {
             let took = begin.elapsed().as_secs_f64();
@@ -331,7 +380,8 @@ impl System {
     /// # Errors
     /// Those of both.
     pub(super) fn carry_and_step(&mut self, tick: u64) -> Result<bool, Failure> {
-        let between = !self.stages.is_empty() || !self.bonds.is_empty() || !self.plan.drives.is_empty();
+        let between =
+            self.job.is_some() || !self.stages.is_empty() || !self.bonds.is_empty() || !self.plan.drives.is_empty();
         if between || !self.uniform || self.pool.helpers() > 0 || self.is_timed(tick) {
             return Ok(false);
         }
@@ -460,7 +510,7 @@ impl System {
         self.bonds.energies()
     }
 
-    /// `fmi2Terminate` for all units that still run. Gives what went wrong; nothing hangs on it any more.
+    /// `fmi2Terminate` for all units that still run here. Gives what went wrong; nothing hangs on it any more.
     pub fn terminate(&mut self) -> Vec<CallError> {
         self.members.iter_mut().flatten().filter_map(|m| m.instance.terminate().err()).collect()
     }

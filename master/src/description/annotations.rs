@@ -4,7 +4,7 @@
 //!
 //! ```xml
 //! <ssc:Annotation type="org.terramech">
-//!   <tm:Component xmlns:tm="http://terramech.org/SSP1/Annotations" multiple="5" threads="4" rank="1" ranks="2"/>
+//!   <tm:Component xmlns:tm="http://terramech.org/SSP1/Annotations" multiple="5" threads="4" ranks="2..5"/>
 //! </ssc:Annotation>
 //!
 //! <ssc:Annotation type="org.terramech">
@@ -37,6 +37,7 @@
 use super::algorithm::Algorithm;
 use crate::decimal::Decimal;
 use crate::fault::{FaultKind, Faults, Place};
+use crate::world::Ranks;
 use crate::xml::Element;
 use crate::xml::write::Writer;
 
@@ -54,10 +55,8 @@ pub struct ComponentExtras {
     pub multiple: Option<u64>,
     /// Threads of the unit.
     pub threads: Option<u32>,
-    /// First MPI rank.
-    pub rank: Option<u32>,
-    /// Number of MPI ranks.
-    pub ranks: Option<u32>,
+    /// MPI ranks: `rank` or `ranks`.
+    pub ranks: Option<Ranks>,
 }
 
 /// What we say about a system.
@@ -203,6 +202,18 @@ fn whole<T: TryFrom<u64>>(e: Element<'_>, name: &'static str, least: u64, faults
     })
 }
 
+/// The place under MPI, by one of two attributes.
+fn ranks(e: Element<'_>, faults: &mut Faults) -> Option<Ranks> {
+    let one = e.parsed("rank", "a whole number from 0", faults, |t| {
+        Ranks::parse(t).filter(|r| r.count() == 1 && !t.contains('.'))
+    });
+    let several = e.parsed("ranks", Ranks::ALLOWED, faults, Ranks::parse);
+    if let (Some(_), Some(_), Some(given)) = (one, several, e.attribute("ranks")) {
+        e.bad_value("ranks", given, "rank or ranks, not both", faults);
+    }
+    several.or(one)
+}
+
 /// A time in s, above zero if asked for.
 pub(super) fn time(e: Element<'_>, name: &'static str, positive: bool, faults: &mut Faults) -> Option<Decimal> {
     let text = e.attribute(name)?;
@@ -230,8 +241,7 @@ impl ComponentExtras {
         Self {
             multiple: whole(e, "multiple", 1, faults),
             threads: whole(e, "threads", 1, faults),
-            rank: whole(e, "rank", 0, faults),
-            ranks: whole(e, "ranks", 1, faults),
+            ranks: ranks(e, faults),
         }
     }
 
@@ -243,7 +253,9 @@ impl ComponentExtras {
         writer.open("ssc:Annotation").attribute("type", TYPE);
         writer.open("tm:Component").attribute("xmlns:tm", NAMESPACE);
         writer.optional("multiple", self.multiple).optional("threads", self.threads);
-        writer.optional("rank", self.rank).optional("ranks", self.ranks);
+        if let Some(ranks) = self.ranks {
+            writer.attribute(if ranks.count() == 1 { "rank" } else { "ranks" }, ranks);
+        }
         writer.close().close();
     }
 }

@@ -29,8 +29,7 @@ pub fn plan_json(plan: &Plan) -> Json {
             "multiple": c.multiple,
             "step": plan.clock.length(c.multiple),
             "threads": c.threads,
-            "rank": c.placement.rank,
-            "ranks": c.placement.ranks,
+            "ranks": c.ranks,
             "values": values,
         })
     });

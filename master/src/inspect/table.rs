@@ -82,10 +82,7 @@ pub fn plan_tables(plan: &Plan) -> String {
             fmu.path.display().to_string(),
             clock.length(c.multiple).to_string(),
             optional(c.threads),
-            match (c.placement.rank, c.placement.ranks) {
-                (Some(rank), Some(ranks)) if ranks > 1 => format!("{rank}..{}", u64::from(rank) + u64::from(ranks) - 1),
-                (rank, _) => optional(rank),
-            },
+            optional(c.ranks),
             c.settings.len().to_string(),
         ]);
     }

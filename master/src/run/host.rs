@@ -1,6 +1,7 @@
 //! What units talk to during a run: their messages go to `log.jsonl` and, where grave, to the terminal; their progress to the
 //! display.
 
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -8,7 +9,7 @@ use terramech_results::{Level, LogEntry, LogWriter};
 
 use super::watchdog::Watchdog;
 use super::{Display, Stop};
-use crate::coupling::Failure;
+use crate::coupling::{Failure, Note, Relay};
 use crate::decimal::Clock;
 use crate::loading::{Environment, LogLine, Pulse};
 
@@ -34,13 +35,25 @@ pub struct Host {
     time: AtomicU64,
     warnings: AtomicU64,
     pub watchdog: Arc<Watchdog>,
+    /// On a rank other than 0: what it has to tell rank 0.
+    outbox: Option<Mutex<VecDeque<Note>>>,
 }
 
 impl Host {
     pub fn new(display: Display, stop: Stop) -> Self {
         let time = AtomicU64::new(f64::NAN.to_bits());
         let log = Mutex::new(Log::Waiting(Vec::new()));
-        Self { log, display: Mutex::new(display), stop, time, warnings: AtomicU64::new(0), watchdog: Arc::default() }
+        let (warnings, watchdog) = (AtomicU64::new(0), Arc::default());
+        Self { log, display: Mutex::new(display), stop, time, warnings, watchdog, outbox: None }
+    }
+
+    /// The host of a rank other than 0: shows nothing, writes nothing, and tells rank 0 all of it.
+    pub fn elsewhere(stop: Stop) -> Self {
+        Self { outbox: Some(Mutex::default()), ..Self::new(Display::quiet(), stop) }
+    }
+
+    fn outbox(&self) -> Option<MutexGuard<'_, VecDeque<Note>>> {
+        self.outbox.as_ref().map(|o| o.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Gives the log its file and writes what was said so far.
@@ -61,14 +74,32 @@ impl Host {
 
     fn write(&self, unit: &str, category: &str, level: Level, text: &str) {
         let time = f64::from_bits(self.time.load(Ordering::Relaxed));
+        let entry = LogEntry::now(Some(time), unit, category, level, text);
+        match self.outbox() {
+            None => self.put(entry),
+            Some(outbox) if outbox.len() >= WAITING => {}
+            Some(mut outbox) => outbox.push_back(Note::Log(entry)),
+        }
+    }
+
+    fn put(&self, entry: LogEntry) {
         let mut log = self.log.lock().unwrap_or_else(PoisonError::into_inner);
         match &mut *log {
             Log::Waiting(entries) if entries.len() >= WAITING => {}
-            Log::Waiting(entries) => entries.push(LogEntry::now(Some(time), unit, category, level, text)),
+            Log::Waiting(entries) => entries.push(entry),
             // A full disk is told by the results, which are written all the time; a lost remark must not end a run.
             Log::Open(writer) => {
-                let _ = writer.write(Some(time), unit, category, level, text);
+                let _ = writer.put(&entry);
             }
+        }
+    }
+
+    /// Shows a warning, unless there were many.
+    fn warn(&self, unit: &str, text: &str) {
+        match self.warnings.fetch_add(1, Ordering::Relaxed) {
+            n if n < SHOWN_WARNINGS => self.display().message(&format!("{unit}: warning: {text}")),
+            SHOWN_WARNINGS => self.display().message("further warnings go to log.jsonl only"),
+            _ => {}
         }
     }
 
@@ -129,13 +160,7 @@ impl Environment for Host {
         self.write(line.unit, line.category, level, line.text);
         // Errors end the run and are told then, with the call they belong to.
         if level == Level::Warning {
-            match self.warnings.fetch_add(1, Ordering::Relaxed) {
-                n if n < SHOWN_WARNINGS => {
-                    self.display().message(&format!("{}: warning: {}", line.unit, line.text));
-                }
-                SHOWN_WARNINGS => self.display().message("further warnings go to log.jsonl only"),
-                _ => {}
-            }
+            self.warn(line.unit, line.text);
         }
     }
 
@@ -144,7 +169,41 @@ impl Environment for Host {
     }
 
     fn progress(&self, unit: &str, phase: &str, fraction: f64) -> bool {
-        self.display().phase(unit, phase, fraction);
+        match self.outbox() {
+            None => self.display().phase(unit, phase, fraction),
+            Some(mut outbox) => {
+                // Of each unit the last counts.
+                let told = Note::Progress { unit: unit.into(), phase: phase.into(), fraction };
+                let same = |n: &&mut Note| matches!(n, Note::Progress { unit: u, .. } if u == unit);
+                match outbox.iter_mut().find(same) {
+                    Some(note) => *note = told,
+                    None => outbox.push_back(told),
+                }
+            }
+        }
         !self.stop.is_asked()
+    }
+}
+
+impl Relay for Host {
+    fn say(&self) -> Option<Note> {
+        self.outbox()?.pop_front()
+    }
+
+    fn hear(&self, _: usize, note: Note) {
+        match note {
+            Note::Log(entry) => {
+                if entry.level == Level::Warning {
+                    self.warn(&entry.unit, &entry.message);
+                }
+                self.put(entry);
+            }
+            Note::Progress { unit, phase, fraction } => self.display().phase(&unit, &phase, fraction),
+            Note::Stop => self.stop.ask(),
+        }
+    }
+
+    fn is_stop_asked(&self) -> bool {
+        self.stop.is_asked()
     }
 }

@@ -21,13 +21,14 @@ use terramech_results::{Headline, LogWriter, Manifest, RunFolder, write_summary}
 
 use crate::check::plan::Plan;
 use crate::checkpoint::{Checkpoint, How};
-use crate::coupling::{Advance, Failure, System, algorithm_of, assemble};
+use crate::coupling::{Advance, Failure, Job, Relay, System, algorithm_of, assemble};
 use crate::loading::Environment;
 use crate::record::Recorder;
+use crate::world::World;
 
+pub use crate::exit::{ExitCode, code_of_failure};
 pub use display::Display;
 pub use energy::BondEnergy;
-pub use exit::{ExitCode, code_of_failure};
 pub use report::{closing, tell};
 pub use stop::Stop;
 
@@ -116,17 +117,69 @@ impl Outcome {
     }
 }
 
-/// Runs a plan.
+/// The ranks that a run is spread over, and the rank of each unit.
+pub type Placed = (Box<dyn World>, Vec<usize>);
+
+/// Runs a plan in this process.
 ///
 /// # Errors
 /// A [`Failure`] before there is a folder to leave anything in. Every later failure is the [`End`] of the outcome.
 pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Result<Outcome, Failure> {
+    run_on(plan, options, display, stop, None)
+}
+
+/// The part of a rank other than 0: steps its units until rank 0 says that it is over. It writes nothing; what its units say goes to rank 0.
+///
+/// # Errors
+/// A [`Failure`]; rank 0 tells it too.
+pub fn serve(plan: Plan, options: &Options, stop: &Stop, (world, owner): Placed) -> Result<(), Failure> {
+    let host = Arc::new(Host::elsewhere(stop.clone()));
+    let job = Box::new(Job::new(world, owner, Arc::clone(&host) as Arc<dyn Relay>));
+    let plan = Arc::new(plan);
+    if let Some(limit) = options.call_limit {
+        let (dog, host) = (Arc::clone(&host.watchdog), Arc::clone(&host));
+        let manifest = report::manifest(&plan, options);
+        let alarm = move |unit: &str, call: &'static str| {
+            report::give_up(&host, None, manifest.clone(), unit, call, limit);
+        };
+        dog.start(limit, alarm).map_err(|e| Failure::Environment(format!("no thread for the watchdog: {e}")))?;
+    }
+    let environment: Arc<dyn Environment> = Arc::clone(&host) as Arc<dyn Environment>;
+    let mut system = assemble(Arc::clone(&plan), options.threads, true, &environment, Some(job))?;
+    let mut tick = 0;
+    match &options.checkpoints.from {
+        None => system.initialise()?,
+        Some(checkpoint) => {
+            tick = checkpoint.header.tick;
+            system.restore(&checkpoint.units, &checkpoint.header.coupling)?;
+        }
+    }
+    system.share_watches()?;
+    let served = system.serve(tick, |time, tick| host.at(time, tick));
+    system.finish();
+    host.watchdog.finish();
+    served
+}
+
+/// [`run`] on several ranks, called on rank 0; the others [`serve`].
+///
+/// # Errors
+/// As of [`run`].
+pub fn run_on(
+    plan: Plan,
+    options: &Options,
+    display: Display,
+    stop: &Stop,
+    placed: Option<Placed>,
+) -> Result<Outcome, Failure> {
     let begin = Instant::now();
     let plan = Arc::new(plan);
+    let host = Arc::new(Host::new(display, stop.clone()));
+    // From here on whatever ends this run ends it on the other ranks too.
+    let job = placed.map(|(world, owner)| Job::new(world, owner, Arc::clone(&host) as Arc<dyn Relay>));
     // An earlier run in this folder stays until this one has started.
     let folder = Arc::new(RunFolder::open(&options.out)?);
     let mut manifest = report::manifest(&plan, options);
-    let host = Arc::new(Host::new(display, stop.clone()));
     for note in &plan.notes {
         host.note(&note.to_string());
     }
@@ -143,7 +196,7 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
     let mut state = State { system: None, recorder: None, reached: None };
     let mut saving = Saving::new(&plan, options, begin)?;
     let from = options.checkpoints.from.as_deref();
-    let result = state.start(&plan, options, &host).and_then(|()| {
+    let result = state.start(&plan, options, &host, job.map(Box::new)).and_then(|()| {
         let log = if from.is_some() {
             folder.go_on();
             LogWriter::go_on(&folder)?
@@ -158,7 +211,9 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
     let mut end = match result {
         Ok(end) => end,
         // A unit that was asked to stop fails the call it was in.
-        Err(Failure::Unit(_)) if stop.is_asked() => End::Stopped { time: state.reached, saved: false },
+        Err(Failure::Unit(_) | Failure::OnRank { .. }) if stop.is_asked() => {
+            End::Stopped { time: state.reached, saved: false }
+        }
         Err(failure) => End::Failed(failure),
     };
     let finished = state.finish(&host);
@@ -204,9 +259,15 @@ struct State {
 
 impl State {
     /// Makes the units and initialises them.
-    fn start(&mut self, plan: &Arc<Plan>, options: &Options, host: &Arc<Host>) -> Result<(), Failure> {
+    fn start(
+        &mut self,
+        plan: &Arc<Plan>,
+        options: &Options,
+        host: &Arc<Host>,
+        job: Option<Box<Job>>,
+    ) -> Result<(), Failure> {
         let environment: Arc<dyn Environment> = Arc::clone(host) as Arc<dyn Environment>;
-        let system = self.system.insert(assemble(Arc::clone(plan), options.threads, true, &environment)?);
+        let system = self.system.insert(assemble(Arc::clone(plan), options.threads, true, &environment, job)?);
         host.initialising();
         match &options.checkpoints.from {
             None => system.initialise(),
@@ -230,6 +291,7 @@ impl State {
         let from = saving.from();
         let recorder = self.recorder.insert(Recorder::new(system, folder, from.map(|c| &c.header.recording))?);
         let conditions = Conditions::new(system);
+        system.share_watches()?;
         let begin = Instant::now();
         let mut algorithm = algorithm_of(plan);
         host.running(plan.clock);
@@ -242,7 +304,18 @@ impl State {
         let end = loop {
             let time = plan.clock.time(tick);
             host.at(time, tick);
+            let stopping = stop.is_asked();
+            let saves = |system: &System| saving.is_due(tick, stopping) && system.all_due(tick);
+            // Other ranks send their states with what is read, since they do not wait for what comes of it.
+            system.will_save(tick < plan.clock.steps && saves(system));
             system.read(tick)?;
+            if let (Some(observable), Some((unit, ended))) = (system.has_ended(tick), system.ended()) {
+                if observable {
+                    recorder.observe(system, tick)?;
+                    self.reached = Some(ended);
+                }
+                break End::EndedBy { unit: plan.components[unit].name.clone(), time: ended };
+            }
             // What was recorded at the checkpoint is there already.
             if !std::mem::take(&mut first) {
                 recorder.observe(system, tick)?;
@@ -257,8 +330,7 @@ impl State {
             {
                 break End::Condition { text: condition.text.clone(), time };
             }
-            let stopping = stop.is_asked();
-            if saving.is_due(tick, stopping) && system.all_due(tick) {
+            if saves(system) {
                 saving.write(folder, system, recorder, algorithm.as_ref(), tick)?;
             }
             // With units of different steps, a few more lead to where the run can be resumed.
@@ -291,12 +363,11 @@ impl State {
     /// Ends the units and closes the files.
     fn finish(&mut self, host: &Host) -> Result<(), Failure> {
         if let Some(system) = &mut self.system {
+            let said = system.finish();
             for (unit, count) in system.early_returns() {
                 host.note(&format!("unit {unit} broke off {count} steps before their end and went on from there"));
             }
-            for error in system.terminate() {
-                host.note(&error.to_string());
-            }
+            said.iter().for_each(|text| host.note(text));
         }
         self.recorder.as_mut().map_or(Ok(()), Recorder::finish)
     }

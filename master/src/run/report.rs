@@ -10,9 +10,10 @@ use terramech_results::{
 
 use super::display::{duration, short};
 use super::host::Host;
-use super::{End, Options, Outcome, exit};
+use super::{End, Options, Outcome};
 use crate::check::plan::Plan;
 use crate::coupling::System;
+use crate::exit::{self, ExitCode};
 use crate::record::Recorder;
 
 /// The manifest at the start of a run.
@@ -39,6 +40,7 @@ pub fn manifest(plan: &Plan, options: &Options) -> Manifest {
 pub fn timings(manifest: &mut Manifest, system: &System, recorder: Option<&Recorder>) {
     let plan = system.plan();
     let clockwork = system.clockwork();
+    manifest.ranks = system.job().map_or(1, |job| job.size());
     let units = 0..plan.components.len();
     manifest.units = units
         .clone()
@@ -48,6 +50,7 @@ pub fn timings(manifest: &mut Manifest, system: &System, recorder: Option<&Recor
             guid: plan.model(i).guid.clone(),
             version: plan.model(i).generation_tool.clone().unwrap_or_default(),
             threads: system.threads()[i] as usize,
+            rank: system.job().map_or(0, |job| job.owner()[i]),
         })
         .collect();
     manifest.timings = Timings {
@@ -60,6 +63,7 @@ pub fn timings(manifest: &mut Manifest, system: &System, recorder: Option<&Recor
             })
             .collect(),
         coupling_seconds: clockwork.coupling,
+        waiting_seconds: clockwork.waiting,
         io_seconds: clockwork.watching + recorder.map_or(0.0, Recorder::seconds),
         ..Timings::default()
     }
@@ -117,11 +121,11 @@ pub fn give_up(
     // Without a file of results the run had not started: an earlier one stays as it is.
     if let Some(folder) = folder.filter(|f| f.has_begun()) {
         manifest.simulated_seconds = host.time().unwrap_or(0.0);
-        manifest.state = ExitState::Failed { code: exit::ExitCode::Unit as i32, message };
+        manifest.state = ExitState::Failed { code: ExitCode::Unit as i32, message };
         let _ = manifest.write(folder);
     }
     crate::archive::remove_temporaries();
-    std::process::exit(exit::ExitCode::Unit as i32);
+    std::process::exit(ExitCode::Unit as i32);
 }
 
 /// One sentence on how a run ended.
@@ -181,9 +185,14 @@ pub fn closing(outcome: &Outcome) -> String {
     };
     for (unit, facts) in t.units.iter().zip(&m.units) {
         let threads = if facts.threads == 1 { "1 thread".into() } else { format!("{} threads", facts.threads) };
-        row(&unit.name, unit.seconds, unit.share, format!("  {} steps, {threads}", unit.calls));
+        let rank = if m.ranks > 1 { format!(", rank {}", facts.rank) } else { String::new() };
+        row(&unit.name, unit.seconds, unit.share, format!("  {} steps, {threads}{rank}", unit.calls));
     }
     row("coupling", t.coupling_seconds, t.coupling_share, String::new());
     row("recording", t.io_seconds, t.io_share, String::new());
+    if m.ranks > 1 {
+        let share = if t.run_seconds > 0.0 { t.waiting_seconds / t.run_seconds } else { 0.0 };
+        row("waiting", t.waiting_seconds, share, "  of rank 0, for the others".into());
+    }
     text
 }

@@ -56,7 +56,8 @@ impl Ringing {
         }
         let Some((bond, part)) = rings else { return Ok(()) };
         let plan = std::sync::Arc::clone(system.plan());
-        let able = (0..plan.components.len()).all(|c| plan.model(c).co_simulation.can_get_and_set_fmu_state);
+        let able = system.job().is_none()
+            && (0..plan.components.len()).all(|c| plan.model(c).co_simulation.can_get_and_set_fmu_state);
         let limit = able.then(|| stability(system, tick).ok()).flatten().map(|l| l.to_string());
         Err(Failure::Rings { time: plan.clock.time(tick), bond, steps: WINDOW * WINDOWS, part, limit })
     }

@@ -23,11 +23,11 @@ impl Stop {
         self.0.load(Ordering::Acquire)
     }
 
-    /// Lets Ctrl-C (and SIGTERM) ask; the second time ends the process at once, for a unit that never returns.
+    /// Lets Ctrl-C (and SIGTERM) ask; the second time ends the process at once, for a unit that never returns. Of several ranks one `tells`.
     ///
     /// # Errors
     /// The system refuses the handler.
-    pub fn on_interrupt(&self) -> Result<(), ctrlc::Error> {
+    pub fn on_interrupt(&self, tells: bool) -> Result<(), ctrlc::Error> {
         let stop = self.clone();
         ctrlc::set_handler(move || {
             if stop.is_asked() {
@@ -36,7 +36,9 @@ impl Stop {
                 std::process::exit(super::ExitCode::Stopped as i32);
             }
             stop.ask();
-            eprintln!("\nstopping after this step; once more stops at once");
+            if tells {
+                eprintln!("\nstopping after this step; once more stops at once");
+            }
         })
     }
 }

@@ -1,5 +1,7 @@
 //! The steps of the units, side by side where that pays.
 
+use std::time::Duration;
+
 use super::{SAMPLE, System};
 use crate::coupling::pool::{Answer, Task};
 use crate::coupling::{Advance, Failure, Moment};
@@ -7,6 +9,9 @@ use crate::loading::{CallError, Stepped};
 
 /// Work below this (s) is not worth waking a thread for: handing a unit over and back costs some 10 microseconds.
 const WORTH_A_THREAD: f64 = 30e-6;
+
+/// How often notes of other ranks are looked for while units work.
+const LOOK: Duration = Duration::from_millis(20);
 
 impl System {
     /// Lets all units that communicate now do their step, side by side where that pays.
@@ -21,6 +26,7 @@ impl System {
         due.clear();
         let takes_part = |u: &usize| self.is_due(*u, tick) && self.fits(*u, tick) && self.members[*u].is_some();
         due.extend((0..self.members.len()).filter(takes_part));
+        let mut away = 0_usize;
         if self.pool.helpers() > 0 && due.len() > 1 {
             if tick.is_multiple_of(SAMPLE) || tick < SAMPLE || !self.uniform {
                 self.split = self.heaviest(&due);
@@ -30,6 +36,7 @@ impl System {
                     if let Some(member) = self.members[unit].take() {
                         let (time, size) = self.span(unit, tick);
                         self.pool.hand_over(unit, member, Task::Step(time, size));
+                        away += 1;
                     }
                 }
                 due.retain(|&u| u == heaviest);
@@ -51,16 +58,18 @@ impl System {
         }
         self.due = due;
         let mut finished = std::mem::take(&mut self.finished);
-        while self.members.iter().any(Option::is_none) {
+        while away > 0 {
             if let Some((unit, mut member, task)) = self.pool.take_back() {
                 take(unit, member.work(task), &mut self.ended);
                 self.members[unit] = Some(member);
+                away -= 1;
                 continue;
             }
             self.pool.wait(&mut finished);
             for (unit, member, answer) in finished.drain(..) {
                 take(unit, answer, &mut self.ended);
                 self.members[unit] = Some(member);
+                away -= 1;
             }
         }
         self.finished = finished;
@@ -112,21 +121,28 @@ impl System {
         (self.time(tick), self.sizes[unit])
     }
 
-    /// Carries out one task per unit side by side and gives the answers in the order of the tasks.
+    /// Carries out one task per unit that is here side by side and gives the answers in the order of the tasks.
     pub(in crate::coupling) fn side_by_side(
         &mut self,
         tasks: Vec<(usize, Task)>,
     ) -> Vec<(usize, Result<Answer, CallError>)> {
         let order: Vec<usize> = tasks.iter().map(|(unit, _)| *unit).collect();
+        let mut away = 0_usize;
         for (unit, task) in tasks {
             if let Some(member) = self.members[unit].take() {
                 self.pool.hand_over(unit, member, task);
+                away += 1;
             }
         }
         let mut answers: Vec<(usize, Result<Answer, CallError>)> = Vec::with_capacity(order.len());
         let mut finished = Vec::new();
-        while self.members.iter().any(Option::is_none) {
-            if let Some((unit, mut member, task)) = self.pool.take_back() {
+        while away > 0 {
+            // With other ranks there is somebody to listen to, for minutes if a bed settles.
+            if self.job.is_some() && self.pool.helpers() > 0 {
+                self.pool.wait_for(&mut finished, LOOK);
+                // A connection that is lost is told by the round that follows.
+                let _ = self.listen();
+            } else if let Some((unit, mut member, task)) = self.pool.take_back() {
                 let answer = member.work(task);
                 finished.push((unit, member, answer));
             } else {
@@ -135,6 +151,7 @@ impl System {
             for (unit, member, answer) in finished.drain(..) {
                 self.members[unit] = Some(member);
                 answers.push((unit, answer));
+                away -= 1;
             }
         }
         answers.sort_by_key(|(unit, _)| order.iter().position(|u| u == unit));

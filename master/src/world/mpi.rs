@@ -1,0 +1,148 @@
+//! The world over MPI, by the crate `mpi`. Nothing else in this project knows it.
+//!
+//! All calls come from the thread that has initialised it (`MPI_THREAD_FUNNELED`). Messages are handed over without waiting (`MPI_Isend`) and taken by matched probes, since their sizes
+//! change from step to step. Whoever waits looks a few hundred times and then leaves the core to others for longer and longer: MPI itself would spin, and a machine with more ranks than
+//! cores would crawl.
+
+use std::time::Duration;
+
+use mpi::Threading;
+use mpi::environment::Universe;
+use mpi::request::RequestCollection;
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::*;
+
+use super::{Aside, Broken, Message, World};
+
+/// Tag of what is sent in rounds.
+const ROUND: mpi::Tag = 1;
+/// Tag of notes.
+const NOTE: mpi::Tag = 2;
+
+/// A rank of an MPI job.
+struct Mpi {
+    world: SimpleCommunicator,
+    neighbours: usize,
+    /// Last: MPI ends with it.
+    _universe: Universe,
+}
+
+/// Initialises MPI.
+///
+/// # Errors
+/// It is initialised already, or has no threads at all.
+pub fn initialise() -> Result<Box<dyn World>, Broken> {
+    let (universe, threading) = mpi::initialize_with_threading(Threading::Funneled)
+        .ok_or_else(|| Broken("MPI has been initialised already in this process".into()))?;
+    if threading < Threading::Funneled {
+        return Err(Broken(
+            "this MPI supports no program with threads (MPI_THREAD_SINGLE); build one with MPI_THREAD_FUNNELED".into(),
+        ));
+    }
+    let world = universe.world();
+    let neighbours = world.split_shared(world.rank()).size() as usize;
+    Ok(Box::new(Mpi { world, neighbours, _universe: universe }))
+}
+
+/// Waiting that leaves the core to others.
+#[derive(Default)]
+struct Patience(u32);
+
+impl Patience {
+    fn wait(&mut self) {
+        self.0 += 1;
+        match self.0 {
+            0..300 => std::hint::spin_loop(),
+            300..2000 => std::thread::yield_now(),
+            // By now some milliseconds have passed: another 50 microseconds do not matter.
+            _ => std::thread::sleep(Duration::from_micros(50)),
+        }
+    }
+}
+
+impl Mpi {
+    /// Takes what has come under a tag, from this rank or from any.
+    fn take(&self, from: Option<usize>, tag: mpi::Tag, into: &mut Vec<u8>) -> Option<usize> {
+        let found = match from {
+            Some(rank) => self.world.process_at_rank(rank as i32).immediate_matched_probe_with_tag(tag),
+            None => self.world.any_process().immediate_matched_probe_with_tag(tag),
+        };
+        let (message, status) = found?;
+        let count = status.count(u8::equivalent_datatype()) as usize;
+        into.clear();
+        into.resize(count, 0);
+        message.matched_receive_into(&mut into[..]);
+        Some(status.source_rank() as usize)
+    }
+
+    fn exchange_notes(&self, aside: &mut dyn Aside) {
+        while let Some((to, note)) = aside.say() {
+            self.world.process_at_rank(to as i32).send_with_tag(&note[..], NOTE);
+        }
+        let mut note = Vec::new();
+        while let Some(from) = self.take(None, NOTE, &mut note) {
+            aside.hear(from, &note);
+        }
+    }
+}
+
+impl World for Mpi {
+    fn rank(&self) -> usize {
+        self.world.rank() as usize
+    }
+
+    fn size(&self) -> usize {
+        self.world.size() as usize
+    }
+
+    fn neighbours(&self) -> usize {
+        self.neighbours
+    }
+
+    fn round(&mut self, out: &[Message], into: &mut [Message], aside: &mut dyn Aside) -> Result<(), Broken> {
+        if let Some((_, long)) = out.iter().find(|(_, bytes)| i32::try_from(bytes.len()).is_err()) {
+            return Err(Broken(format!("a message of {} bytes; MPI takes at most {}", long.len(), i32::MAX)));
+        }
+        let this: &Self = self;
+        mpi::request::multiple_scope(out.len(), |scope, sends: &mut RequestCollection<'_, [u8]>| {
+            for (to, bytes) in out {
+                let process = this.world.process_at_rank(*to as i32);
+                sends.add(process.immediate_send_with_tag(scope, &bytes[..], ROUND));
+            }
+            let mut patience = Patience::default();
+            let mut missing = into.len();
+            let mut here = vec![false; into.len()];
+            while missing > 0 {
+                let mut came = false;
+                for (arrived, (from, buffer)) in here.iter_mut().zip(into.iter_mut()) {
+                    if !*arrived && this.take(Some(*from), ROUND, buffer).is_some() {
+                        (*arrived, came) = (true, true);
+                        missing -= 1;
+                    }
+                }
+                this.exchange_notes(aside);
+                if came {
+                    patience = Patience::default();
+                } else if missing > 0 {
+                    patience.wait();
+                }
+            }
+            // The others take these when they come to their round.
+            let mut done = Vec::new();
+            let mut patience = Patience::default();
+            while sends.incomplete() > 0 {
+                sends.test_some(&mut done);
+                this.exchange_notes(aside);
+                if sends.incomplete() > 0 {
+                    patience.wait();
+                }
+            }
+        });
+        Ok(())
+    }
+
+    fn notes(&mut self, aside: &mut dyn Aside) -> Result<(), Broken> {
+        self.exchange_notes(aside);
+        Ok(())
+    }
+}
