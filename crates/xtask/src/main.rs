@@ -2,6 +2,7 @@
 
 mod bench;
 mod demo;
+mod mpi;
 mod pack;
 mod process;
 mod soil;

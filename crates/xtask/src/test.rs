@@ -1,7 +1,7 @@
 //! `cargo xtask test`: what CI runs. Installing system packages is not its business: it says what is missing.
 
 use crate::process::{cargo, root, run, step, target};
-use crate::{pack, process};
+use crate::{mpi, pack, process};
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -17,17 +17,29 @@ pub fn test() -> Result<()> {
     let mut doc = cargo(["doc", "--release", "--workspace", "--no-deps", "--quiet"]);
     step("documentation", doc.env("RUSTDOCFLAGS", "-D warnings"))?;
     step("Rust tests", &mut cargo(["test", "--release", "--workspace", "--quiet"]))?;
+    let missing = mpi::missing();
+    let with_mpi = match &missing {
+        None => Some(mpi::build()?),
+        Some(_) => None,
+    };
     pack::pack()?;
-    harness()
+    harness(with_mpi)?;
+    if let Some(missing) = missing {
+        eprintln!("== left out: the tests over MPI: {missing}");
+    }
+    Ok(())
 }
 
 /// The Python harness in a virtual environment of its own.
-fn harness() -> Result<()> {
+fn harness(with_mpi: Option<PathBuf>) -> Result<()> {
     let folder = root().join("tests/fmpy");
     let python = virtual_environment("venv", &folder.join("requirements.txt"))?;
     let mut pytest = Command::new(python);
     pytest.current_dir(&folder).args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]);
     pytest.env("TERRAMECH_FMUS", process::fmus()).env("TERRAMECH_BIN", target().join("release/terramech"));
+    if let Some(path) = with_mpi {
+        pytest.env("TERRAMECH_MPI_BIN", path);
+    }
     step("Python harness", &mut pytest)
 }
 

@@ -117,7 +117,9 @@ fn judge(cards: &[Option<Card>]) -> Result<Isa, (String, ExitCode)> {
 mod tests {
     use super::*;
 
-    fn meeting(cards: Vec<Result<Vec<(String, String)>, (String, ExitCode)>>) -> Vec<Result<Isa, (String, ExitCode)>> {
+    type Told<T> = Result<T, (String, ExitCode)>;
+
+    fn meeting(cards: Vec<Told<Vec<(String, String)>>>) -> Vec<Told<Isa>> {
         let ranks: Vec<_> = super::super::threads(cards.len())
             .into_iter()
             .zip(cards)

@@ -1,6 +1,6 @@
 //! A world of threads in one process.
 
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
 use super::{Aside, Broken, Message, World};
@@ -80,12 +80,9 @@ impl World for Thread {
             self.notes.to[to].send(note).map_err(|_| gone(to))?;
         }
         for (from, notes) in self.notes.from.iter().enumerate() {
-            loop {
-                match notes.try_recv() {
-                    Ok(note) => aside.hear(from, &note),
-                    // A rank that has ended has nothing to say any more; one that is missed is told by the round.
-                    Err(TryRecvError::Empty | TryRecvError::Disconnected) => break,
-                }
+            // A rank that has ended has nothing to say any more; one that is missed is told by the round.
+            while let Ok(note) = notes.try_recv() {
+                aside.hear(from, &note);
             }
         }
         Ok(())

@@ -1,0 +1,149 @@
+"""Units on the ranks of an MPI job: the same bits as in one process, and clear ends whatever fails. Left out where there is no MPI (`cargo xtask test` says what is missing)."""
+
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import time
+
+import pytest
+from test_handling import command
+
+from conftest import FMUS, ROOT, TERRAMECH
+
+BINARY = os.environ.get("TERRAMECH_MPI_BIN")
+SINGLE = ROOT / "examples/single-wheel/system.ssd"
+STUDY = ROOT / "examples/straight-line/system.ssd"
+
+pytestmark = pytest.mark.skipif(not BINARY, reason="no terramech with MPI: TERRAMECH_MPI_BIN is not set")
+
+
+def job(ranks, *args, binary=BINARY):
+    """The command line of a run on ranks, and its environment."""
+    words = ["mpirun", "--oversubscribe", "-n", str(ranks), binary, *map(str, args)]
+    root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return words, {**os.environ, **root}
+
+
+def mpirun(ranks, *args, binary=BINARY):
+    words, environment = job(ranks, *args, binary=binary)
+    return subprocess.run(words, env=environment, capture_output=True, text=True, timeout=300)
+
+
+def same(one, other):
+    """All recorded values and frames, byte for byte."""
+    names = sorted(p.relative_to(one) for p in [one / "results.csv", one / "summary.json", *(one / "vtk").glob("*")])
+    assert len(names) > 2
+    for name in names:
+        assert (one / name).read_bytes() == (other / name).read_bytes(), f"{name} differs"
+
+
+@pytest.fixture(scope="module")
+def beds(tmp_path_factory):
+    """Settled beds of both systems, so that not every run settles its own."""
+    folder = tmp_path_factory.mktemp("beds")
+    for name, system, stop in [("wheel", SINGLE, "0.0002"), ("study", STUDY, "0.0002")]:
+        bed = folder / name
+        done = command("run", system, "--out", folder / f"run-{name}", "--quiet", "--stop-time", stop, "--set", f"terrain.bed_save={bed}")
+        assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.parametrize(("which", "system", "stop"), [("wheel", SINGLE, "0.02"), ("study", STUDY, "0.004")])
+def test_any_number_of_ranks_gives_the_same_bits(tmp_path, beds, which, system, stop):
+    args = ["run", system, "--fmu-path", FMUS, "--quiet", "--stop-time", stop, "--set", f"terrain.bed_load={beds / which}"]
+    done = command(*[a for a in args if a not in ("--fmu-path", FMUS)], "--out", tmp_path / "alone")
+    assert done.returncode == 0, done.stderr
+    for ranks in [1, 2, 3, 6]:
+        done = mpirun(ranks, *args, "--out", tmp_path / f"on{ranks}")
+        assert done.returncode == 0, done.stderr
+        same(tmp_path / "alone", tmp_path / f"on{ranks}")
+    # Placed by hand, the wheel's terrain away from rank 0.
+    done = mpirun(3, *args, "--out", tmp_path / "placed", "--place", "t*=2", "--place-by", tmp_path / "alone/manifest.json")
+    assert done.returncode == 0, done.stderr
+    same(tmp_path / "alone", tmp_path / "placed")
+
+
+def children(pid):
+    """Processes that a process has started."""
+    found = []
+    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        if int(fields[1]) == pid:
+            found.append(int(stat.parent.name))
+    return sorted(found)
+
+
+def test_a_rank_that_dies_leaves_its_last_checkpoint(tmp_path, beds):
+    args = ["run", SINGLE, "--fmu-path", FMUS, "--quiet", "--stop-time", "0.1", "--set", f"terrain.bed_load={beds / 'wheel'}"]
+    done = mpirun(1, *args, "--out", tmp_path / "whole")
+    assert done.returncode == 0, done.stderr
+    out = tmp_path / "pieces"
+    words, environment = job(3, *args, "--out", out, "--checkpoint-every", "0.002")
+    process = subprocess.Popen(words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    deadline = time.time() + 120
+    while len(list(out.glob("checkpoint/*.tmc"))) < 2:
+        assert process.poll() is None and time.time() < deadline
+        time.sleep(0.02)
+    # Any but rank 0, which has the lowest number.
+    os.kill(children(process.pid)[-1], signal.SIGKILL)
+    _, told = process.communicate(timeout=60)
+    assert process.returncode != 0, told
+    assert not (out / "summary.json").exists()
+    # On another number of ranks.
+    done = mpirun(2, "run", "--resume", out, "--quiet")
+    assert done.returncode == 0, done.stderr
+    same(tmp_path / "whole", out)
+
+
+def test_wrong_places_and_programs_are_told_before_anything_runs(tmp_path, beds):
+    args = ["run", SINGLE, "--fmu-path", FMUS, "--quiet", "--stop-time", "0.01", "--out", tmp_path / "out"]
+    done = mpirun(2, *args, "--place", "tire=7", "--place", "rg=0", "--place", "rig=0..1")
+    assert done.returncode == 1
+    for part in ['rank="7"', "0 to 1", 'no component "rg"', "terramech_setTeam", "3 faults"]:
+        assert done.stderr.count(part) == 1, (part, done.stderr)
+    # A program without MPI would do the whole run on each rank.
+    done = mpirun(2, *args, binary=str(TERRAMECH))
+    assert done.returncode == 4 and "built without MPI" in done.stderr, done.stderr
+    # One that sees another world than was started.
+    environment = {**os.environ, "OMPI_COMM_WORLD_SIZE": "5", "OMPI_COMM_WORLD_RANK": "0"}
+    done = subprocess.run([BINARY, *map(str, args)], env=environment, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 4 and "sees 1" in done.stderr, done.stderr
+    # Other files on another rank.
+    for path in SINGLE.parent.glob("*"):
+        shutil.copy(path, tmp_path)
+    other = tmp_path / "system.ssd"
+    other.write_text(other.read_text().replace("tire-rigid.json", "tire-rigid-grousers.json"))
+    assert other.read_text() != SINGLE.read_text()
+    words, environment = job(1, *args)
+    words += [":", "-n", "1", BINARY, "run", str(other), *map(str, args[2:])]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1 and "rank 1 reads other files" in done.stderr, done.stderr
+    # Units that wait for each other.
+    done = mpirun(2, *args, "--algorithm", "gauss-seidel")
+    assert done.returncode == 1 and "on several ranks allowed: jacobi" in done.stderr, done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_unit_that_fails_on_a_rank_ends_the_job(tmp_path, beds):
+    args = ["run", SINGLE, "--fmu-path", FMUS, "--quiet", "--out", tmp_path / "out", "--place", "terrain=1"]
+    done = mpirun(2, *args, "--set", f"terrain.bed_load={tmp_path / 'nothing'}")
+    assert done.returncode != 0
+    assert done.stderr.count("rank 1: ") == 1 and "nothing" in done.stderr, done.stderr
+
+
+def test_ctrl_c_writes_a_checkpoint(tmp_path, beds):
+    out = tmp_path / "out"
+    words, environment = job(3, "run", SINGLE, "--fmu-path", FMUS, "--quiet", "--out", out, "--set", f"terrain.bed_load={beds / 'wheel'}")
+    process = subprocess.Popen(words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    deadline = time.time() + 60
+    while not (out / "results.csv").exists():
+        assert process.poll() is None and time.time() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=60)
+    assert list((out / "checkpoint").glob("*.tmc")), told
