@@ -5,7 +5,7 @@
 //! [`inspect`] shows it.
 //!
 //! The way of a plan through a run: [`loading`] calls foreign libraries and nothing else does, [`coupling`] initialises the units and steps
-//! them side by side, [`record`] writes what they do, [`run`](mod@run) ties the three together from start to end, and [`cli`] is the command line around it all.
+//! them side by side, [`record`] writes what they do, [`run`](mod@run) ties the three together from start to end, in one process or on the ranks of a [`world`], and [`cli`] is the command line around it all.
 
 // Foreign code is called in one room only.
 #![deny(unsafe_code)]
