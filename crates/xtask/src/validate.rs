@@ -41,6 +41,8 @@ const PARTS: &[Part] = &[
             "dem_c",
             "--test",
             "dem_c_wheel",
+            "--test",
+            "dem_c_cost",
         ],
     },
     Part { name: "ancf", title: "ANCF shell and flexible tire", section: "", args: &["--package", "fmu-tire"] },
