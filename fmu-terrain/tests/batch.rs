@@ -5,8 +5,9 @@ use fmu_terrain::dem::{
 };
 use terramech_simd::Isa;
 
-/// A bed that falls, rolls and slides: one or two materials in it, with or without rolling resistance and adhesion.
-fn bed(materials: usize, rolling: bool, adhesion: bool) -> (Setup, DemState) {
+/// A bed that falls, rolls and slides: one or two materials in it, with or without rolling resistance and adhesion; with it, overlaps may
+/// count from offsets.
+fn bed(materials: usize, rolling: bool, adhesion: bool, offsets: bool) -> (Setup, DemState) {
     let (length, width) = (0.3, 0.2);
     let soil = Material {
         rolling_friction: if rolling { 0.1 } else { 0.0 },
@@ -38,6 +39,11 @@ fn bed(materials: usize, rolling: bool, adhesion: bool) -> (Setup, DemState) {
     let mut engine = CpuEngine::new(setup.clone(), &grains, 1).unwrap();
     engine.set_isa(Isa::Portable).unwrap();
     engine.advance(4000, &mut []).unwrap();
+    if offsets {
+        engine.offset_overlaps().unwrap();
+        // Some contacts are apart by then, held within their offsets.
+        engine.advance(200, &mut []).unwrap();
+    }
     (setup, engine.state().clone())
 }
 
@@ -65,10 +71,16 @@ fn difference<'a>(a: impl Iterator<Item = &'a f64>, b: impl Iterator<Item = &'a 
 
 #[test]
 fn every_path_is_the_reference_to_round_off_and_in_single_precision_to_a_millionth() {
-    for (materials, rolling, adhesion) in
-        [(1, false, false), (2, false, false), (1, true, false), (1, false, true), (2, true, true)]
-    {
-        let (setup, state) = bed(materials, rolling, adhesion);
+    for (materials, rolling, adhesion, offsets) in [
+        (1, false, false, false),
+        (2, false, false, false),
+        (1, true, false, false),
+        (1, false, true, false),
+        (2, true, true, false),
+        (1, false, true, true),
+        (2, true, true, true),
+    ] {
+        let (setup, state) = bed(materials, rolling, adhesion, offsets);
         let a = after(&setup, &state, None);
         assert!(a.grain_contacts() > 800, "{}", a.grain_contacts());
         for isa in Isa::ALL.into_iter().filter(|i| i.runs_here()) {
@@ -77,7 +89,7 @@ fn every_path_is_the_reference_to_round_off_and_in_single_precision_to_a_million
                 let b = after(&Setup { precision, ..setup.clone() }, &state, Some(isa));
                 let worst = worst(&a, &b);
                 println!(
-                    "{isa}, {precision:?}, {materials} materials, rolling {rolling}, adhesion {adhesion}: {worst:?}"
+                    "{isa}, {precision:?}, {materials} materials, rolling {rolling}, adhesion {adhesion}, offsets {offsets}: {worst:?}"
                 );
                 assert!(worst.iter().all(|w| *w < tolerance), "{isa}: {worst:?}");
             }
@@ -105,7 +117,7 @@ fn worst(a: &DemState, b: &DemState) -> [f64; 6] {
 
 #[test]
 fn a_path_that_is_not_here_is_refused() {
-    let (setup, state) = bed(1, false, false);
+    let (setup, state) = bed(1, false, false, false);
     let mut engine = CpuEngine::with_state(setup, state, 1).unwrap();
     if let Some(missing) = Isa::ALL.into_iter().find(|i| !i.runs_here()) {
         let message = engine.set_isa(missing).unwrap_err().to_string();

@@ -34,7 +34,8 @@ aligned!(
 );
 aligned!(
     /// Memory of a pair: tangential displacement (0-2) (m) and how far its adhesion has grown (3), 0 while the pair does not
-    /// touch. Half a cache line.
+    /// touch. Below 0: it has grown whole, and the pair's overlap counts from an offset, this much times the sum of the radii (of
+    /// a wall: the radius). Half a cache line.
     Slip, 4, 32
 );
 aligned!(

@@ -1,7 +1,7 @@
 //! The block `dem_p`, and what the granular engine makes of a specification.
 
 use super::pairs::PairValues;
-use super::{BODIES, CompactionOf, Fill, PlacingOf, Soil, SpeciesOf, Surface, Terrain};
+use super::{AdhesionOnset, BODIES, CompactionOf, Fill, PlacingOf, Soil, SpeciesOf, Surface, Terrain};
 use crate::dem::{self, Coefficients, Material, Recipe, Sample, Setup, Wall};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -321,7 +321,10 @@ impl Terrain {
                 least_time: b.settle.least_time,
                 most_time: b.settle.most_time,
             },
-            cohesion_time: b.adhesion_time,
+            cohesion: match b.adhesion_onset {
+                AdhesionOnset::Growth => dem::Onset::Growth(b.adhesion_time),
+                AdhesionOnset::Offset => dem::Onset::Offset,
+            },
             placing: match b.placing {
                 PlacingOf::Grid => dem::Placing::Grid,
                 PlacingOf::Hcp => dem::Placing::Hcp,

@@ -308,6 +308,8 @@ pub struct Bed {
     /// Time over which adhesion grows once the bed rests (s). Poured with it, grains would hang in loose clumps; the bed
     /// contracts as it grows, which the log reports.
     pub adhesion_time: f64,
+    /// How adhesion comes into the bed that was settled without it.
+    pub adhesion_onset: AdhesionOnset,
     /// Rigid run-up before the box, at -x.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub platform: Option<Platform>,
@@ -330,9 +332,21 @@ impl Default for Bed {
             floor: None,
             settle: Settle::default(),
             adhesion_time: 0.1,
+            adhesion_onset: AdhesionOnset::Growth,
             platform: None,
         }
     }
+}
+
+/// How adhesion comes into a settled bed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AdhesionOnset {
+    /// It grows over bed.adhesion_time: the bed contracts and settles again.
+    #[default]
+    Growth,
+    /// At once, the overlap of every contact counting from an offset with which nothing moves. Used by terrain_dem_p.
+    Offset,
 }
 
 /// How much soil: one of the two.

@@ -56,6 +56,7 @@ impl BatchKernel {
             h: o.h,
             least_normal: o.least_normal,
             adhesion: o.adhesion,
+            offsets: o.offsets,
             adhesion_scale: o.adhesion_scale,
             adhesion_growth: o.adhesion_growth,
             adhesion_per_overlap: o.adhesion_per_overlap,

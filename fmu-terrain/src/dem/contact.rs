@@ -19,8 +19,8 @@ use super::material::Pair;
 use super::vec3::{Vec3, add, add_scaled, cross, dot, reject, scale};
 use std::f64::consts::PI;
 
-/// Memory of a touching pair: tangential displacement u (m) and, fourth, how far adhesion has grown (0 exclusive to 1);
-/// all zero while the pair does not touch.
+/// Memory of a touching pair: tangential displacement u (m) and, fourth, how far adhesion has grown (0 exclusive to 1; below 0 see
+/// [`super::offset`]); all zero while the pair does not touch.
 pub use terramech_simd::Slip;
 
 /// Memory of a touching pair: relative rotation rho (rad).
@@ -37,6 +37,8 @@ pub struct Options {
     pub least_normal: f64,
     /// Whether any pair adheres.
     pub adhesion: bool,
+    /// Whether overlaps may count from an offset ([`super::offset`]).
+    pub offsets: bool,
     /// Factor on all adhesion, 0 to 1: ramps cohesion into a bed prepared without it.
     pub adhesion_scale: f64,
     /// What adhesion of a contact grows by per step: h / ramp time; 1 = at once.
@@ -106,8 +108,13 @@ pub fn evaluate<L: Law, const ROLL: bool>(
     let push = fn_repulsive.max(0.0);
 
     let adhesion = if opt.adhesion {
-        slip[3] = (slip[3] + opt.adhesion_growth).min(1.0);
-        let grown = slip[3] * (c.delta * opt.adhesion_per_overlap).min(1.0);
+        let mut grown = 1.0;
+        // Where an offset is remembered instead, adhesion has grown whole.
+        if slip[3] >= 0.0 {
+            grown = (slip[3] + opt.adhesion_growth).min(1.0);
+            slip[3] = grown;
+        }
+        let grown = grown * (c.delta * opt.adhesion_per_overlap).min(1.0);
         let a = &pair.adhesion;
         let full =
             a.constant + a.dmt * c.r_eff.sqrt() + a.perko * c.r_eff + PI * c.r_adhesion * c.r_adhesion * a.pressure;

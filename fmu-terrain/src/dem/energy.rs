@@ -7,6 +7,7 @@ use super::engine::CpuEngine;
 use super::grains::{INV_M, MATERIAL, R, Row};
 use super::kernel::{Partner, World, contacts};
 use super::law::{Law, LawKind, dispatch_law};
+use super::offset::offset;
 use super::period::rows_of;
 use super::slab::{Near, Scratch, Slab};
 use super::vec3::{dot, sub};
@@ -64,18 +65,19 @@ impl CpuEngine {
             let (a, b) = (&rows[i as usize - first], &rows[j as usize - first]);
             let d = sub([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
             let (d2, reach) = (dot(d, d), a[R] + b[R]);
-            if d2 < reach * reach {
+            let held = reach + offset(&slab.slip[p], reach);
+            if d2 < held * held {
                 let dist = d2.sqrt();
                 let dv = sub([a[4], a[5], a[6]], [b[4], b[5], b[6]]);
                 let (vn, m_eff) = (dot(dv, d) / dist, 1.0 / (a[INV_M] + b[INV_M]));
                 let pair = self.pairs.get(a[MATERIAL] as usize, b[MATERIAL] as usize);
                 let radii = [a[R] * b[R] / reach, a[R].min(b[R])];
-                sum += store.energy(pair, reach - dist, radii, m_eff, vn, &slab.slip[p]);
+                sum += store.energy(pair, held - dist, radii, m_eff, vn, &slab.slip[p]);
             }
         }
         for w in &slab.walls {
             let (row, wall) = (&rows[w.grain as usize - first], &self.walls[w.wall as usize]);
-            let delta = row[R] - wall.distance(row);
+            let delta = row[R] + offset(&w.slip, row[R]) - wall.distance(row);
             if delta > 0.0 && row[INV_M] > 0.0 {
                 let pair = self.pairs.get(row[MATERIAL] as usize, wall.material);
                 let vn = dot([row[4], row[5], row[6]], wall.normal);
@@ -150,7 +152,8 @@ impl<L: Law> Store<'_, L> {
         let o = self.options;
         let t = self.law.terms(pair, delta, radii[0], m_eff, vn);
         let adhesion = if o.adhesion {
-            let grown = slip[3].min(1.0) * (delta * o.adhesion_per_overlap).min(1.0);
+            let grown = if slip[3] < 0.0 { 1.0 } else { slip[3].min(1.0) };
+            let grown = grown * (delta * o.adhesion_per_overlap).min(1.0);
             let a = &pair.adhesion;
             let full =
                 a.constant + a.dmt * radii[0].sqrt() + a.perko * radii[0] + PI * radii[1] * radii[1] * a.pressure;

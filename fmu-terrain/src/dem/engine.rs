@@ -116,6 +116,14 @@ pub trait GrainEngine: Send {
     fn restore(&mut self, state: DemState);
     /// Sets the factor on all adhesion, 0 to 1.
     fn scale_adhesion(&mut self, factor: f64);
+    /// Lets all adhesion act at once without a grain moving: the overlap of every contact counts from an offset at which it carries
+    /// its adhesion beside what it carries now ([`super::offset`]).
+    ///
+    /// # Errors
+    /// An engine that has no such offsets; adhesion that presses two grains together by more than half the lesser radius.
+    fn offset_overlaps(&mut self) -> Result<(), DemError> {
+        Err(DemError::parameter("onset of adhesion", "offset", "growth: this engine has no reference overlaps"))
+    }
     /// Changes gravity (m/s2): to shake a bed as seen from its box.
     fn set_gravity(&mut self, gravity: Vec3);
     /// Shows every contact at the present instant to `observer`, in canonical order, and changes nothing. Forces are
@@ -295,7 +303,9 @@ impl CpuEngine {
         // A quarter of the distance: the nearest slab that may sleep then does.
         let longest = self.setup.sleep.map_or(f64::INFINITY, |s| 0.25 * s.distance);
         let rolling = self.rolling;
-        let making = Making { skin: self.skin, walls, rolling, period, keep, longest, team: &self.team, hint };
+        // Pairs whose overlap counts from an offset hold on beyond touching.
+        let skin = self.skin + self.state.longest_offset;
+        let making = Making { skin, walls, rolling, period, keep, longest, team: &self.team, hint };
         let mut old = std::mem::take(&mut self.near);
         let origin = rebuild(&mut self.state, &making)?;
         let near = |k: Option<usize>| k.and_then(|k| old.get_mut(k)).map(std::mem::take).unwrap_or_default();
@@ -311,6 +321,7 @@ impl CpuEngine {
             tangential: s.tangential,
             least_normal: if s.clamp_normal { 0.0 } else { f64::NEG_INFINITY },
             adhesion: self.pairs.any_adhesion(),
+            offsets: self.state.longest_offset > 0.0,
             adhesion_scale: self.state.adhesion_scale,
             adhesion_growth: (s.step * inverse(s.adhesion_time)).min(1.0),
             adhesion_per_overlap: inverse(s.adhesion_overlap),
@@ -344,6 +355,10 @@ impl GrainEngine for CpuEngine {
 
     fn scale_adhesion(&mut self, factor: f64) {
         self.state.adhesion_scale = factor;
+    }
+
+    fn offset_overlaps(&mut self) -> Result<(), DemError> {
+        self.offset_all()
     }
 
     fn set_gravity(&mut self, gravity: Vec3) {

@@ -118,6 +118,8 @@ pub struct DemState {
     pub rebuilds: u64,
     /// Factor on all adhesion, 0 to 1.
     pub adhesion_scale: f64,
+    /// The longest offset that an overlap counted from when adhesion was let in ([`super::offset`]); 0: there is none (m).
+    pub longest_offset: f64,
     /// Force on each wall at the last step (N).
     pub wall_force: Vec<Vec3>,
     /// Work done by bodies on grains since the start (J).
@@ -184,6 +186,7 @@ impl DemState {
             s.walls.iter_mut().for_each(|w| (w.slip, w.roll) = (Slip::default(), [0.0; 3]));
             s.bodies.clear();
         }
+        self.longest_offset = 0.0;
     }
 
     /// Memory held (bytes).

@@ -6,6 +6,7 @@ use super::contact::{Load, Options, Roll, Slip, Touch, evaluate};
 use super::grains::{INV_M, MATERIAL, R, Row, V, W, vec_at};
 use super::law::Law;
 use super::material::PairTable;
+use super::offset::offset;
 use super::slab::{BodyPair, Near, Scratch, Slab};
 use super::vec3::{Vec3, add, add_scaled, cross, dot, reject, scale, sub};
 use super::wall::Wall;
@@ -96,7 +97,8 @@ fn grain_grain<L: Law, const ROLL: bool>(
             let d2 = dot(d, d);
             let reach = a[R] + b[R];
             let inv_m = a[INV_M] + b[INV_M];
-            if d2 >= reach * reach || inv_m == 0.0 {
+            let held = reach + offset(slip, reach);
+            if d2 >= held * held || inv_m == 0.0 {
                 if slip[3] != 0.0 {
                     *slip = Slip::default();
                     if ROLL {
@@ -107,10 +109,11 @@ fn grain_grain<L: Law, const ROLL: bool>(
             }
             let dist = d2.sqrt();
             let n = scale(1.0 / dist, d);
-            let delta = reach - dist;
-            // The contact point halves the overlap: then the levers add up to the distance of the centres, and angular
-            // momentum is conserved to round-off.
-            let (la, lb) = (a[R] - 0.5 * delta, b[R] - 0.5 * delta);
+            let delta = held - dist;
+            // The contact point halves the overlap of the spheres: then the levers add up to the distance of the centres, and
+            // angular momentum is conserved to round-off.
+            let lens = reach - dist;
+            let (la, lb) = (a[R] - 0.5 * lens, b[R] - 0.5 * lens);
             let wb = vec_at(b, W);
             let dv = sub(va, vec_at(b, V));
             let v = sub(dv, cross(add_scaled(scale(la, wa), lb, wb), n));
@@ -188,7 +191,7 @@ fn grain_wall<L: Law, const ROLL: bool>(
         let row = &rows[(pair.grain - slab.first) as usize];
         let wall = &world.walls[pair.wall as usize];
         let distance = wall.distance(row);
-        let delta = row[R] - distance;
+        let delta = row[R] + offset(&pair.slip, row[R]) - distance;
         if delta <= 0.0 || row[INV_M] == 0.0 {
             pair.slip = Slip::default();
             pair.roll = Roll::default();

@@ -24,7 +24,7 @@
 //! | [`obstacle`] | rigid bodies that are free to move |
 //! | [`engine`], `step.rs`, [`team`], [`limits`] | setup, the step, threads, the critical step |
 //! | [`diagnostics`], `energy.rs` | looking at contacts, energies |
-//! | [`sample`](mod@sample), [`place`], [`settle`](mod@settle), [`compact`], [`tile`], [`period`], [`surface`] | making a bed and measuring it |
+//! | [`sample`](mod@sample), [`place`], [`settle`](mod@settle), [`compact`], [`offset`](mod@offset), [`tile`], [`period`], [`surface`] | making a bed and measuring it |
 //!
 //! **Invariants.** The order of grains, the lists, the number of slabs and every sum follow from the state alone: the
 //! same bits for any number of threads. The state is plain data, saved whole; engines and scratch memory hold
@@ -46,6 +46,7 @@ pub mod law;
 pub mod limits;
 pub mod material;
 pub mod obstacle;
+pub mod offset;
 pub mod patch;
 pub mod period;
 pub mod place;
@@ -74,7 +75,7 @@ pub use material::{Adhesion, Coefficients, Material, PairOverride};
 pub use obstacle::{FreeBody, FreeState, MassOf, Solid};
 pub use place::Placing;
 pub use sample::{Fill, Radii, Sample, Species, sample, sample_mixed};
-pub use settle::{BedReport, Recipe, Settle, Settled, prepare, prepare_with, settle};
+pub use settle::{BedReport, Onset, Recipe, Settle, Settled, prepare, prepare_with, settle};
 pub use sleep::Sleep;
 pub use surface::Surface;
 pub use terramech_simd::contact::Precision;

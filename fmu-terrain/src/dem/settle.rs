@@ -98,6 +98,15 @@ pub fn calm_energy(state: &DemState) -> f64 {
     energy[..kept].iter().sum::<f64>() / kept.max(1) as f64
 }
 
+/// How cohesion comes into a bed that was prepared without it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Onset {
+    /// It grows over this time (s); the bed contracts and settles again.
+    Growth(f64),
+    /// At once, overlaps counting from offsets with which nothing moves ([`super::offset`]).
+    Offset,
+}
+
 /// A bed to be made: place, settle, level, compact, let cohesion grow, settle again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recipe {
@@ -105,8 +114,8 @@ pub struct Recipe {
     pub sample: Sample,
     /// When it counts as settled.
     pub settle: Settle,
-    /// Time over which cohesion grows once the bed rests (s); poured with it, grains would hang in loose clumps.
-    pub cohesion_time: f64,
+    /// How cohesion comes into the bed once it rests; poured with it, grains would hang in loose clumps.
+    pub cohesion: Onset,
     /// How it is placed.
     pub placing: Placing,
     /// Other species mixed in.
@@ -120,8 +129,8 @@ pub struct Recipe {
 impl Recipe {
     /// On a grid, of one species, as it settles.
     pub fn new(sample: Sample, settle: Settle, cohesion_time: f64) -> Self {
-        let placing = Placing::default();
-        Self { sample, settle, cohesion_time, placing, others: Vec::new(), compaction: Vec::new(), tile: None }
+        let (placing, cohesion) = (Placing::default(), Onset::Growth(cohesion_time));
+        Self { sample, settle, cohesion, placing, others: Vec::new(), compaction: Vec::new(), tile: None }
     }
 }
 
@@ -190,17 +199,18 @@ pub fn prepare_with<E: GrainEngine>(
     let height = Surface::of(engine.state(), s.length, s.width).mean();
     let mut cohesion_change = 0.0;
     if adheres {
-        let steps = (recipe.cohesion_time / engine.setup().step).ceil().max(1.0) as u32;
-        let parts = 100.min(steps);
-        for k in 1..=parts {
-            engine.scale_adhesion(f64::from(k) / f64::from(parts));
-            engine.advance(steps.div_ceil(parts), &mut [])?;
-            if !progress("letting cohesion grow", f64::from(k) / f64::from(parts)) {
-                return Err(DemError::Cancelled("letting cohesion grow"));
+        match recipe.cohesion {
+            Onset::Growth(growth) => {
+                grow_cohesion(&mut engine, growth, progress)?;
+                time += growth;
+            }
+            Onset::Offset => {
+                engine.scale_adhesion(1.0);
+                engine.offset_overlaps()?;
             }
         }
         done = settle(&mut engine, &recipe.settle, "settling the cohesive bed", progress)?;
-        time += recipe.cohesion_time + done.time;
+        time += done.time;
         cohesion_change = Surface::of(engine.state(), s.length, s.width).mean() - height;
     } else {
         engine.scale_adhesion(1.0);
@@ -214,6 +224,20 @@ pub fn prepare_with<E: GrainEngine>(
         energy: done.energy,
     };
     Ok((engine, report))
+}
+
+/// Lets cohesion grow over this time (s).
+fn grow_cohesion(engine: &mut impl GrainEngine, time: f64, progress: Progress) -> Result<(), DemError> {
+    let steps = (time / engine.setup().step).ceil().max(1.0) as u32;
+    let parts = 100.min(steps);
+    for k in 1..=parts {
+        engine.scale_adhesion(f64::from(k) / f64::from(parts));
+        engine.advance(steps.div_ceil(parts), &mut [])?;
+        if !progress("letting cohesion grow", f64::from(k) / f64::from(parts)) {
+            return Err(DemError::Cancelled("letting cohesion grow"));
+        }
+    }
+    Ok(())
 }
 
 /// The grains that lie below `depth`, as they are now.

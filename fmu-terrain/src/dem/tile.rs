@@ -178,6 +178,7 @@ pub fn prepare_tiled(
     let mut state = DemState::of(&[], setup.walls.len());
     state.force = vec![[0.0; 3]; rows.len()];
     (state.rows, state.ids, state.adhesion_scale) = (rows, ids, engine.state().adhesion_scale);
+    state.longest_offset = engine.state().longest_offset;
     (state.time, state.steps) = (engine.state().time, engine.state().steps);
     drop(engine);
     state.tile = Some(Box::new(tile));

@@ -52,6 +52,7 @@ pub fn advance(bodies: &mut [Body], setup: &Setup, pairs: &PairTable, t: f64, lo
         tangential: setup.tangential,
         least_normal: if setup.clamp_normal { 0.0 } else { f64::NEG_INFINITY },
         adhesion: false,
+        offsets: false,
         adhesion_scale: 0.0,
         adhesion_growth: 1.0,
         adhesion_per_overlap: f64::INFINITY,

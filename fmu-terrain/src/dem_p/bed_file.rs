@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::Path;
 use terramech_fmi2::{UnitError, state};
 
-const MAGIC: &[u8; 8] = b"TMBED__3";
+const MAGIC: &[u8; 8] = b"TMBED__4";
 
 /// A bed as it is kept.
 #[derive(Serialize, Deserialize)]

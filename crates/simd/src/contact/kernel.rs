@@ -89,11 +89,13 @@ path!(plain, super::super::plain::Plain, super::super::plain::PlainSingle,);
 unsafe fn choose<V: Reals>(batch: &mut Batch) {
     // SAFETY: handed on.
     unsafe {
-        match (!batch.roll.is_empty(), batch.terms.adhesion) {
-            (false, false) => run::<V, false, false>(batch),
-            (false, true) => run::<V, false, true>(batch),
-            (true, false) => run::<V, true, false>(batch),
-            (true, true) => run::<V, true, true>(batch),
+        match (!batch.roll.is_empty(), batch.terms.adhesion, batch.terms.offsets) {
+            (false, false, _) => run::<V, false, false, false>(batch),
+            (false, true, false) => run::<V, false, true, false>(batch),
+            (true, false, _) => run::<V, true, false, false>(batch),
+            (true, true, false) => run::<V, true, true, false>(batch),
+            (false, true, true) => run::<V, false, true, true>(batch),
+            (true, true, true) => run::<V, true, true, true>(batch),
         }
     }
 }
@@ -141,7 +143,7 @@ fn three<V: Copy>(a: [V; 4]) -> Vec3<V> {
 const MOST: usize = 8;
 
 #[inline(always)]
-unsafe fn run<V: Reals, const ROLL: bool, const ADHESION: bool>(batch: &mut Batch) {
+unsafe fn run<V: Reals, const ROLL: bool, const ADHESION: bool, const OFFSETS: bool>(batch: &mut Batch) {
     // SAFETY: indices and lengths by the caller.
     unsafe {
         let only = PairTerms::split::<V>([&batch.terms.pairs[0]; MOST]);
@@ -162,18 +164,18 @@ unsafe fn run<V: Reals, const ROLL: bool, const ADHESION: bool>(batch: &mut Batc
                 // Far enough ahead for the rows of the next block; the end of the list has nothing ahead.
                 let at = from + k * V::N;
                 let ahead = all.as_ptr().add(if at + AHEAD + V::N <= all.len() { at + AHEAD } else { at });
-                place::<V, ROLL>(batch, all.as_ptr().add(at), ahead, &mut placed[k], &mut turning[k]);
+                place::<V, ROLL, OFFSETS>(batch, all.as_ptr().add(at), ahead, &mut placed[k], &mut turning[k]);
             }
             if rest > 0 {
-                place::<V, ROLL>(batch, last.as_ptr(), last.as_ptr(), &mut placed[full], &mut turning[full]);
+                place::<V, ROLL, OFFSETS>(batch, last.as_ptr(), last.as_ptr(), &mut placed[full], &mut turning[full]);
             }
             for k in 0..full {
                 let pairs = all.as_ptr().add(from + k * V::N);
-                load::<V, ROLL, ADHESION>(only, batch, pairs, V::N, placed[k].assume_init_ref(), &turning[k]);
+                load::<V, ROLL, ADHESION, OFFSETS>(only, batch, pairs, V::N, placed[k].assume_init_ref(), &turning[k]);
             }
             if rest > 0 {
                 let at = placed[full].assume_init_ref();
-                load::<V, ROLL, ADHESION>(only, batch, last.as_ptr(), rest, at, &turning[full]);
+                load::<V, ROLL, ADHESION, OFFSETS>(only, batch, last.as_ptr(), rest, at, &turning[full]);
             }
             from += count;
         }
@@ -207,7 +209,9 @@ unsafe fn find<V: Reals>(list: &List, memories: &mut Memories, margin: f64, foun
             let reach = xa[3].add(xb[3]).add(margin);
             let bits = V::bits(V::lt(dot(d, d), reach.mul(reach)));
             for l in 0..filled {
-                let near = bits >> l & 1;
+                let mut near = bits >> l & 1;
+                // What is offset may hold on further apart: the kernel looks whether it does.
+                near |= u32::from(near == 0 && memories.slip.get_unchecked(p + l)[3] < 0.0);
                 // SAFETY: count never exceeds the pairs looked at, and there is room for all of them.
                 to.add(count).write(at[l]);
                 count += near as usize;
@@ -263,7 +267,7 @@ struct Turning<V> {
 
 /// Gathers rows and works out the kinematics.
 #[inline(always)]
-unsafe fn place<V: Reals, const ROLL: bool>(
+unsafe fn place<V: Reals, const ROLL: bool, const OFFSETS: bool>(
     batch: &Batch,
     pairs: *const [u32; 3],
     ahead: *const [u32; 3],
@@ -293,8 +297,21 @@ unsafe fn place<V: Reals, const ROLL: bool>(
         let inv_dist = dist.mul(inverse.mul(inv_m.mul(reach)));
         let n = scale(inv_dist, d);
         // Zero, and with it every force, where the two do not touch.
-        let delta = V::overlap(&apart, dist);
-        let (la, lb) = (half.fnma(delta, ra), half.fnma(delta, rb));
+        let mut delta = V::overlap(&apart, dist);
+        let mut lens = delta;
+        if OFFSETS {
+            // As the root of what differs in the squares, which single precision keeps; negative where they stand apart.
+            lens = apart.gap.div(reach.add(dist));
+            let mut memory = [batch.slip.as_ptr().cast::<f64>(); MOST];
+            for l in 0..V::N {
+                // SAFETY: the fourth real of the pair's memory.
+                memory[l] = memory[l].add((*pairs.add(l))[2] as usize + 3);
+            }
+            let zero = V::splat(0.0);
+            let offset = zero.max(zero.sub(V::load1(&memory))).mul(reach);
+            delta = zero.max(lens.add(offset));
+        }
+        let (la, lb) = (half.fnma(lens, ra), half.fnma(lens, rb));
         let (dv, wa, wb) = ([dvx, dvy, dvz], three(wa), three(wb));
         let v = sub(dv, cross(add_scaled(scale(la, wa), lb, wb), n));
         let vn = dot(v, n);
@@ -324,7 +341,7 @@ unsafe fn place<V: Reals, const ROLL: bool>(
 
 /// Law, friction, memories; adds the loads of the first `filled` pairs.
 #[inline(always)]
-unsafe fn load<V: Reals, const ROLL: bool, const ADHESION: bool>(
+unsafe fn load<V: Reals, const ROLL: bool, const ADHESION: bool, const OFFSETS: bool>(
     only: Split<V>,
     batch: &mut Batch,
     pairs: *const [u32; 3],
@@ -376,9 +393,15 @@ unsafe fn load<V: Reals, const ROLL: bool, const ADHESION: bool>(
         let push = zero.max(repulsive);
 
         let slip = V::load4(&slip_at.map(<*mut f64>::cast_const));
-        let (mut normal, mut grown) = (repulsive, V::splat(1.0));
+        let (mut normal, mut remembered) = (repulsive, V::splat(1.0));
         if ADHESION {
-            grown = slip[3].add(V::splat(terms.adhesion_growth)).min(V::splat(1.0));
+            let mut grown = slip[3].add(V::splat(terms.adhesion_growth)).min(V::splat(1.0));
+            remembered = grown;
+            if OFFSETS {
+                let offset = V::lt(slip[3], zero);
+                grown = V::select(offset, V::splat(1.0), grown);
+                remembered = V::select(offset, slip[3], grown);
+            }
             let by_overlap = delta.mul(V::splat(terms.adhesion_per_overlap)).min(V::splat(1.0));
             let full = pair.dmt.fma(r_eff.sqrt(), pair.constant);
             let full = pair.pressure.fma(c.smaller.mul(c.smaller), pair.perko.fma(r_eff, full));
@@ -406,7 +429,7 @@ unsafe fn load<V: Reals, const ROLL: bool, const ADHESION: bool>(
             tangential = choose3(slides, scale(zero.sub(limit), direction), tangential);
         }
         let u = choose3(touching, u, [zero; 3]);
-        V::store4([u[0], u[1], u[2], V::select(touching, grown, zero)], &slip_at);
+        V::store4([u[0], u[1], u[2], V::select(touching, remembered, zero)], &slip_at);
 
         let f = add_scaled(tangential, normal, n);
         let q = cross(n, tangential);

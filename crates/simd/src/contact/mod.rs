@@ -65,6 +65,8 @@ pub struct Terms<'a> {
     pub least_normal: f64,
     /// Whether any pair adheres.
     pub adhesion: bool,
+    /// Whether pairs may have an offset of their overlap: see [`crate::Slip`]. Only where there is adhesion.
+    pub offsets: bool,
     /// Factor on adhesion.
     pub adhesion_scale: f64,
     /// What adhesion grows by per step, as a fraction of itself.
@@ -224,6 +226,7 @@ mod tests {
             h,
             least_normal: f64::NEG_INFINITY,
             adhesion,
+            offsets: false,
             adhesion_scale: 1.0,
             adhesion_growth: 1.0,
             adhesion_per_overlap: f64::INFINITY,

@@ -25,6 +25,7 @@ fn options(tangential: Tangential) -> Options {
         tangential,
         least_normal: f64::NEG_INFINITY,
         adhesion: false,
+        offsets: false,
         adhesion_scale: 1.0,
         adhesion_growth: 1.0,
         adhesion_per_overlap: f64::INFINITY,
