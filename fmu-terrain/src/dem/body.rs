@@ -7,9 +7,10 @@
 
 use super::vec3::{Vec3, add, add_scaled, cross, dot, norm, scale, sub};
 use crate::mesh::{spread_couple, to_vertices};
+use serde::{Deserialize, Serialize};
 
 /// A place where a grain touches a body, edges and neighbouring facets already merged.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodyTouch {
     /// Overlap (m), positive.
     pub overlap: f64,
@@ -69,7 +70,7 @@ pub trait Shape: Send + Sync {
 }
 
 /// Force and couple of a grain on a body at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodyLoad {
     /// Number of the body.
     pub body: u32,

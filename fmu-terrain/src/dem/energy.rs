@@ -25,7 +25,7 @@ impl CpuEngine {
         let world = World { pairs: &self.pairs, walls, bodies, batch: None, options: self.still() };
         let mut show = Show { world: &world, rows, setup: &self.setup, to: observer };
         for slab in &self.state.slabs {
-            let rows = &rows_of(rows, slab, self.setup.period)[..];
+            let rows = &rows_of(rows, slab, self.setup.period, self.ghosts())[..];
             let (mut slab, mut scratch) = (slab.clone(), Scratch::default());
             dispatch_law!(self.setup.law, self.setup.form, law => {
                 if self.rolling {
@@ -37,13 +37,19 @@ impl CpuEngine {
         }
     }
 
-    /// Kinetic, potential (in gravity) and elastic energy (J). Slab by slab on all threads, summed in their order.
+    /// Copies of grains behind the last slab.
+    pub(super) fn ghosts(&self) -> &[Row] {
+        self.spread.as_ref().map_or(&[], |s| &s.ghosts)
+    }
+
+    /// Kinetic, potential (in gravity) and elastic energy (J). Slab by slab on all threads, summed in their order; of a team all members call it, and all get the
+    /// energy of the whole, not a number where the team is broken.
     pub fn energy(&self, bodies: &[Body]) -> f64 {
         let g = self.setup.gravity;
         let options = self.still();
         let share = if self.setup.law == LawKind::Hooke { 0.5 } else { 0.4 };
         let of_slab = |slab: &Slab| {
-            let all = &rows_of(&self.state.rows, slab, self.setup.period)[..];
+            let all = &rows_of(&self.state.rows, slab, self.setup.period, self.ghosts())[..];
             let own = &all[..slab.grains().len()];
             let free = || own.iter().filter(|r| r[INV_M] > 0.0);
             let kinetic: f64 = free().map(super::grains::kinetic_energy).sum();
@@ -55,7 +61,12 @@ impl CpuEngine {
             kinetic + potential + elastic
         };
         let parts = self.team.enter(|| self.team.map(&self.state.slabs, |_, slab| of_slab(slab)));
-        parts.iter().sum::<f64>() + self.elastic_of_bodies(bodies)
+        let of_bodies = self.elastic_of_bodies(bodies);
+        let Some(spread) = &self.spread else { return parts.iter().sum::<f64>() + of_bodies.iter().sum::<f64>() };
+        match spread.all_parts([parts, of_bodies]) {
+            Ok([parts, of_bodies]) => parts.iter().sum::<f64>() + of_bodies.iter().sum::<f64>(),
+            Err(_) => f64::NAN,
+        }
     }
 
     fn elastic<L: Law>(&self, store: &Store<L>, slab: &Slab, rows: &[Row]) -> f64 {
@@ -88,16 +99,16 @@ impl CpuEngine {
     }
 
     /// Few contacts with much geometry: as the kernels see them.
-    fn elastic_of_bodies(&self, bodies: &[Body]) -> f64 {
+    fn elastic_of_bodies(&self, bodies: &[Body]) -> Vec<f64> {
         if bodies.is_empty() {
-            return 0.0;
+            return Vec::new();
         }
-        let mut sum = 0.0;
+        let mut all = Vec::new();
         let walls = &self.walls[..];
         let world = World { pairs: &self.pairs, walls, bodies, batch: None, options: self.still() };
         let mut add = |_: usize, partner: Partner, c: &Touched| {
             if matches!(partner, Partner::Body(_)) {
-                sum += c.energy;
+                all.push(c.energy);
             }
         };
         let mut show = Show { world: &world, rows: &self.state.rows, setup: &self.setup, to: &mut add };
@@ -106,7 +117,7 @@ impl CpuEngine {
             if !touched {
                 continue;
             }
-            let rows = &rows_of(&self.state.rows, slab, self.setup.period)[..];
+            let rows = &rows_of(&self.state.rows, slab, self.setup.period, self.ghosts())[..];
             let mut part = Slab {
                 first: slab.first,
                 last: slab.last,
@@ -124,7 +135,7 @@ impl CpuEngine {
                 }
             });
         }
-        sum
+        all
     }
 
     /// Energy turned into heat since the account was opened (J): work of the bodies less the change of kinetic,

@@ -16,6 +16,7 @@ use super::patch::walls;
 use super::rebuild::{Making, rebuild};
 use super::slab::{Near, Scratch};
 use super::sleep::Sleep;
+use super::spread::{self, Spread};
 use super::team::Team;
 use super::vec3::Vec3;
 use super::wall::Wall;
@@ -150,6 +151,8 @@ pub struct CpuEngine {
     pub(super) team: Arc<Team>,
     /// Where the walls are now.
     pub(super) walls: Vec<Wall>,
+    /// The other members, where the bed is spread over several.
+    pub(super) spread: Option<Box<Spread>>,
 }
 
 /// Advice when grains end up where they should not.
@@ -209,7 +212,31 @@ impl CpuEngine {
         let team = Arc::new(Team::new(threads)?);
         let skin = skin(&setup, &state);
         let walls = walls(&setup.walls, state.moved());
-        Ok(Self { pairs, rolling, isa, batch, setup, state, scratch: Vec::new(), near: Vec::new(), skin, team, walls })
+        Ok(Self {
+            pairs,
+            rolling,
+            isa,
+            batch,
+            setup,
+            state,
+            scratch: Vec::new(),
+            near: Vec::new(),
+            skin,
+            team,
+            walls,
+            spread: None,
+        })
+    }
+
+    /// The skin of a bed in this state (m).
+    pub(super) fn skin_of(setup: &Setup, state: &DemState) -> f64 {
+        skin(setup, state)
+    }
+
+    /// Does something in the threads of this engine.
+    pub(super) fn inside<T: Send>(&mut self, work: impl FnOnce(&mut Self) -> T + Send) -> T {
+        let team = Arc::clone(&self.team);
+        team.enter(|| work(self))
     }
 
     /// The instruction path that contacts are computed on.
@@ -307,7 +334,10 @@ impl CpuEngine {
         let skin = self.skin + self.state.longest_offset;
         let making = Making { skin, walls, rolling, period, keep, longest, team: &self.team, hint };
         let mut old = std::mem::take(&mut self.near);
-        let origin = rebuild(&mut self.state, &making)?;
+        let origin = match &mut self.spread {
+            None => rebuild(&mut self.state, &making)?,
+            Some(spread) => spread::making::rebuild(&mut self.state, &making, spread)?,
+        };
         let near = |k: Option<usize>| k.and_then(|k| old.get_mut(k)).map(std::mem::take).unwrap_or_default();
         self.near = origin.into_iter().map(near).collect();
         Ok(())
@@ -337,9 +367,16 @@ impl GrainEngine for CpuEngine {
     }
 
     fn advance(&mut self, steps: u32, bodies: &mut [Body]) -> Result<(), DemError> {
-        let team = Arc::clone(&self.team);
         let h = self.setup.step;
-        team.enter(|| (0..steps).try_for_each(|k| self.step(f64::from(k) * h, bodies, k + 1 == steps)))
+        let mut all =
+            |engine: &mut Self| (0..steps).try_for_each(|k| engine.step(f64::from(k) * h, bodies, k + 1 == steps));
+        // Members talk to each other from the caller's thread.
+        if self.spread.is_none() {
+            return self.inside(all);
+        }
+        all(self)?;
+        // For whoever looks at contacts across the cut now.
+        self.look_behind()
     }
 
     fn state(&self) -> &DemState {

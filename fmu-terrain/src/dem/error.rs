@@ -96,6 +96,12 @@ pub enum DemError {
     /// The caller asked to stop.
     #[error("stopped on request during {0}")]
     Cancelled(&'static str),
+    /// Another member of the team has failed, and tells why.
+    #[error("another member of the team has failed")]
+    Elsewhere,
+    /// The members of the team have lost each other.
+    #[error("the terrain's team is broken: {0}")]
+    Team(String),
     /// Saved data does not fit.
     #[error("saved bed: {0}")]
     State(String),

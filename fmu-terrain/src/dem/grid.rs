@@ -26,19 +26,27 @@ impl Grid {
     /// A grid around grains within the box from `low` to `high`, cells of at least `size`. Far outliers do not stretch it:
     /// where the box would need many more cells than there are grains, it ends four standard deviations from the mean.
     pub fn around(rows: &[Row], low: Vec3, high: Vec3, size: f64) -> Self {
-        let most = 8 * rows.len() + 4096;
+        match Self::fitting(rows.len(), low, high, size) {
+            Some(grid) => grid,
+            None => Self::without_outliers(&Moments::of(rows), low, high, size),
+        }
+    }
+
+    /// The grid around so many grains, if it does not need many more cells than there are grains.
+    pub fn fitting(count: usize, low: Vec3, high: Vec3, size: f64) -> Option<Self> {
+        Some(Self::over(low, high, size)).filter(|g| g.cells() <= most(count))
+    }
+
+    /// One that ends four standard deviations from the mean.
+    pub fn without_outliers(moments: &Moments, low: Vec3, high: Vec3, size: f64) -> Self {
         let (mut low, mut high) = (low, high);
-        if Self::over(low, high, size).cells() > most {
-            let count = rows.len() as f64;
-            for k in 0..3 {
-                let mean = rows.iter().map(|r| r[k]).sum::<f64>() / count;
-                let spread = (rows.iter().map(|r| (r[k] - mean) * (r[k] - mean)).sum::<f64>() / count).sqrt();
-                low[k] = low[k].max(mean - 4.0 * spread);
-                high[k] = high[k].min(mean + 4.0 * spread);
-            }
+        for k in 0..3 {
+            let (mean, spread) = moments.mean_and_spread(k);
+            low[k] = low[k].max(mean - 4.0 * spread);
+            high[k] = high[k].min(mean + 4.0 * spread);
         }
         let mut grid = Self::over(low, high, size);
-        while grid.cells() > most {
+        while grid.cells() > most(moments.count as usize) {
             grid = Self::over(low, high, grid.size * 1.5);
         }
         grid
@@ -76,6 +84,51 @@ impl Grid {
     }
 }
 
+/// Cells that so many grains may need.
+fn most(count: usize) -> usize {
+    8 * count + 4096
+}
+
+/// Sums over positions, in whole nanometres and their squares: the same in whatever order they are summed, and wherever.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Moments {
+    /// How many.
+    pub count: u64,
+    sums: [i128; 3],
+    squares: [i128; 3],
+}
+
+impl Moments {
+    /// Of these grains. What is farther than 1e6 m counts as that far.
+    pub fn of(rows: &[Row]) -> Self {
+        let mut all = Self { count: rows.len() as u64, ..Self::default() };
+        for r in rows {
+            for k in 0..3 {
+                let x = (r[k].clamp(-1e6, 1e6) * 1e9) as i128;
+                all.sums[k] += x;
+                all.squares[k] += x * x;
+            }
+        }
+        all
+    }
+
+    /// Adds others.
+    pub fn add(&mut self, other: &Self) {
+        self.count += other.count;
+        for k in 0..3 {
+            self.sums[k] += other.sums[k];
+            self.squares[k] += other.squares[k];
+        }
+    }
+
+    fn mean_and_spread(&self, k: usize) -> (f64, f64) {
+        let count = self.count as f64;
+        let mean = 1e-9 * self.sums[k] as f64 / count;
+        let square = 1e-18 * self.squares[k] as f64 / count;
+        (mean, (square - mean * mean).max(0.0).sqrt())
+    }
+}
+
 /// Grains of a block of layers sorted by cell, then grain number.
 pub struct Sorted {
     /// Old place of the grain at each new place, both counted from the block's first grain.
@@ -104,8 +157,19 @@ impl Sorted {
 
 /// Counting sort by cell, then by grain number within a cell: the grains `block`, which all lie in `layers`.
 pub fn sort(grid: &Grid, state: &DemState, block: Range<usize>, layers: Range<usize>, team: &Team) -> Sorted {
+    sort_rows(grid, (&state.rows, &state.ids), block, layers, team)
+}
+
+/// As [`sort`], of rows and numbers by themselves.
+pub fn sort_rows(
+    grid: &Grid,
+    (rows, ids): (&[Row], &[u32]),
+    block: Range<usize>,
+    layers: Range<usize>,
+    team: &Team,
+) -> Sorted {
     const CHUNK: usize = 2048;
-    let (rows, ids) = (&state.rows[block.clone()], &state.ids[block.clone()]);
+    let (rows, ids) = (&rows[block.clone()], &ids[block.clone()]);
     let first = layers.start * grid.layer();
     let cells = layers.len() * grid.layer();
     let mut cell = vec![0_u32; rows.len()];

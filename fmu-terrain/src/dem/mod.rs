@@ -21,6 +21,7 @@
 //! | [`sleep`], `patch.rs` | what is far from every body; a box that follows a vehicle |
 //! | [`material`], [`law`], [`contact`] | what a contact does |
 //! | [`kernel`], [`batch`], [`wall`], [`body`], [`cylinder`] | loops over contacts |
+//! | [`spread`] | the bed over the members of a team |
 //! | [`obstacle`] | rigid bodies that are free to move |
 //! | [`engine`], `step.rs`, [`team`], [`limits`] | setup, the step, threads, the critical step |
 //! | [`diagnostics`], `energy.rs` | looking at contacts, energies |
@@ -45,6 +46,7 @@ pub mod kernel;
 pub mod law;
 pub mod limits;
 pub mod material;
+mod memories;
 pub mod obstacle;
 pub mod offset;
 pub mod patch;
@@ -57,6 +59,7 @@ mod search;
 pub mod settle;
 pub mod slab;
 pub mod sleep;
+pub mod spread;
 mod step;
 pub mod surface;
 pub mod team;

@@ -81,7 +81,7 @@ impl CpuEngine {
         };
         let mut result = Ok(());
         'all: for slab in &mut slabs {
-            let rows = &rows_of(&self.state.rows, slab, period)[..];
+            let rows = &rows_of(&self.state.rows, slab, period, &[])[..];
             let first = slab.first as usize;
             for p in 0..slab.other.len() {
                 let (a, b) = (&rows[slab.owner[p] as usize - first], &rows[slab.other[p] as usize - first]);

@@ -8,15 +8,13 @@
 //! Kinetic, potential and elastic energy of what is taken away and laid are kept out of the account of dissipated energy.
 
 use super::body::Body;
-use super::contact::{Roll, Slip};
 use super::engine::CpuEngine;
 use super::error::DemError;
 use super::grains::{DemState, R};
-use super::slab::BodyPair;
+use super::memories::Memories;
 use super::tile::{Tile, is_end};
 use super::vec3::Vec3;
 use super::wall::Wall;
-use std::collections::HashMap;
 
 impl DemState {
     /// How far the box has moved along x (m).
@@ -33,66 +31,6 @@ pub(super) fn walls(of: &[Wall], x: f64) -> Vec<Wall> {
         w
     };
     of.iter().map(moved).collect()
-}
-
-/// What contacts remember, by the numbers of the grains.
-#[derive(Default)]
-struct Memories {
-    pairs: HashMap<(u32, u32), (Slip, Roll)>,
-    walls: HashMap<(u32, u32), (Slip, Roll)>,
-    bodies: HashMap<u32, Vec<BodyPair>>,
-}
-
-impl Memories {
-    fn of(state: &DemState) -> Self {
-        let mut all = Self::default();
-        let id = |place: u32| state.ids[place as usize];
-        for s in &state.slabs {
-            for (p, (&i, &j)) in s.owner.iter().zip(&s.other).enumerate() {
-                if s.slip[p][3] != 0.0 {
-                    all.pairs.insert((id(i), id(j)), (s.slip[p], s.roll.get(p).copied().unwrap_or_default()));
-                }
-            }
-            for w in s.walls.iter().filter(|w| w.slip[3] != 0.0) {
-                all.walls.insert((id(w.grain), w.wall), (w.slip, w.roll));
-            }
-            for b in &s.bodies {
-                all.bodies.entry(id(b.grain)).or_default().push(*b);
-            }
-        }
-        all
-    }
-
-    /// Gives the contacts of a state made anew what they remembered.
-    fn give(&self, state: &mut DemState, old_walls: &[Wall]) {
-        let DemState { ids, slabs, .. } = state;
-        let id = |place: u32| ids[place as usize];
-        for s in slabs {
-            for p in 0..s.other.len() {
-                let (i, j) = (id(s.owner[p]), id(s.other[p]));
-                let found = self.pairs.get(&(i, j)).map(|m| (m, 1.0));
-                let Some(((u, rho), sign)) = found.or_else(|| self.pairs.get(&(j, i)).map(|m| (m, -1.0))) else {
-                    continue;
-                };
-                s.slip[p] = Slip([sign * u[0], sign * u[1], sign * u[2], u[3]]);
-                if let Some(roll) = s.roll.get_mut(p) {
-                    *roll = rho.map(|x| sign * x);
-                }
-            }
-            // The ends have moved away from what they touched.
-            let sides = s.walls.iter_mut().filter(|w| !is_end(&old_walls[w.wall as usize]));
-            for w in sides {
-                if let Some(&(slip, roll)) = self.walls.get(&(id(w.grain), w.wall)) {
-                    (w.slip, w.roll) = (slip, roll);
-                }
-            }
-            for place in s.first..s.last {
-                let known = self.bodies.get(&id(place)).into_iter().flatten();
-                s.bodies.extend(known.map(|b| BodyPair { grain: place, ..*b }));
-            }
-            s.bodies.sort_by_key(|b| (b.body, b.grain));
-        }
-    }
 }
 
 impl CpuEngine {
@@ -135,7 +73,7 @@ impl CpuEngine {
 
     fn move_on(&mut self, bodies: &[Body], ends: [f64; 2]) -> Result<(), DemError> {
         let before = self.state.energy_account.map(|_| self.energy(bodies));
-        let memories = Memories::of(&self.state);
+        let memories = Memories::of(&self.state.slabs, &self.state.ids);
         let state = &mut self.state;
         let Some(tile) = state.tile.take() else { return Ok(()) };
         let Tile { length, rows: grains, .. } = &*tile;
@@ -171,7 +109,10 @@ impl CpuEngine {
         self.walls = walls(&self.setup.walls, self.state.moved());
         self.rebuild("soil has come into the place where new soil is laid: take a larger buffer", None)?;
         let walls = std::mem::take(&mut self.walls);
-        memories.give(&mut self.state, &walls);
+        // The ends have moved away from what they touched.
+        let stays = |wall: u32| !is_end(&walls[wall as usize]);
+        let DemState { ids, slabs, .. } = &mut self.state;
+        slabs.iter_mut().for_each(|s| memories.give(s, ids, stays));
         self.walls = walls;
         self.remember_tiles(foremost);
         if let (Some(before), Some([energy, _])) = (before, self.state.energy_account) {

@@ -34,12 +34,15 @@ pub(super) fn images(rows: &[Row], count: u32, length: f64) -> Vec<Row> {
         .collect()
 }
 
-/// The grains of a slab and its halo, images included.
-pub(super) fn rows_of<'a>(rows: &'a [Row], slab: &Slab, period: Option<f64>) -> Cow<'a, [Row]> {
+/// The grains of a slab and its halo, images or ghosts included.
+pub(super) fn rows_of<'a>(rows: &'a [Row], slab: &Slab, period: Option<f64>, ghosts: &[Row]) -> Cow<'a, [Row]> {
     let (first, halo) = (slab.first as usize, slab.halo as usize);
     match period {
         Some(length) if halo > rows.len() => {
             Cow::Owned([&rows[first..], &images(rows, (halo - rows.len()) as u32, length)[..]].concat())
+        }
+        None if halo > rows.len() => {
+            Cow::Owned([&rows[first..], &ghosts[..(halo - rows.len()).min(ghosts.len())]].concat())
         }
         _ => Cow::Borrowed(&rows[first..halo]),
     }

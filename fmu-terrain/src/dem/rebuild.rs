@@ -30,11 +30,14 @@ pub const DEEPEST: f64 = 0.5;
 const CHUNK: usize = 2048;
 
 /// A stretch of the bed that is made anew.
-struct Block {
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Block {
     /// Its slabs as they were.
-    slabs: Range<usize>,
-    rows: Range<usize>,
-    layers: Range<usize>,
+    pub slabs: Range<usize>,
+    /// Its grains.
+    pub rows: Range<usize>,
+    /// Its layers of cells.
+    pub layers: Range<usize>,
 }
 
 /// What lists are made with.
@@ -55,6 +58,13 @@ pub struct Making<'a> {
     pub team: &'a Team,
     /// Advice when something is wrong.
     pub hint: &'static str,
+}
+
+impl Making<'_> {
+    /// Most layers of a slab.
+    pub(super) fn most(&self, grid: &Grid) -> usize {
+        ((self.longest / grid.size) as usize).max(1)
+    }
 }
 
 /// Rebuilds that keep slabs, before one that makes a new grid and all slabs anew.
@@ -97,48 +107,73 @@ pub fn rebuild(state: &mut DemState, making: &Making) -> Result<Vec<Option<usize
 
 /// Which slabs are kept: those that sleep, and those that have hardly moved, but for those that a grain has come into.
 fn kept(state: &mut DemState, making: &Making) -> Vec<bool> {
-    let whole = state.rebuilds.is_multiple_of(WHOLE)
-        || making.period.is_some()
-        || making.rolling && state.slabs.iter().any(|s| s.roll.len() != s.other.len());
-    let limit = making.keep.filter(|_| !whole).map_or(-1.0, |d| d * d);
-    let calm = |r: &Row| (r[0] - r[X0]).powi(2) + (r[1] - r[X0 + 1]).powi(2) + (r[2] - r[X0 + 2]).powi(2) <= limit;
-    // No number compares with NaN: what is not finite is not calm.
-    let mut kept = making.team.map(&state.slabs, |_, s| s.asleep || state.rows[s.grains()].iter().all(calm));
-    if kept.iter().zip(&state.slabs).all(|(kept, s)| *kept || s.asleep) {
-        // Asked for by something else than motion.
-        kept.iter_mut().zip(&state.slabs).for_each(|(kept, s)| *kept = s.asleep);
-    }
-    if kept.contains(&true) {
-        give_up_entered(state, &mut kept);
-    }
+    let mut kept = calm(state, making, whole(state, making));
+    let entered = |open: &[usize]| Ok(open.iter().flat_map(|&k| entered(state, k)).collect());
+    // It cannot fail: nobody else is asked.
+    let _ = reconsider(&state.slabs, &mut kept, entered);
     for (slab, kept) in state.slabs.iter_mut().zip(&kept) {
         slab.asleep &= *kept;
     }
     kept
 }
 
+/// Whether a new grid is made and all slabs anew.
+pub(super) fn whole(state: &DemState, making: &Making) -> bool {
+    state.rebuilds.is_multiple_of(WHOLE)
+        || making.period.is_some()
+        || making.rolling && state.slabs.iter().any(|s| s.roll.len() != s.other.len())
+}
+
+/// Which slabs sleep or have hardly moved.
+pub(super) fn calm(state: &DemState, making: &Making, whole: bool) -> Vec<bool> {
+    let limit = making.keep.filter(|_| !whole).map_or(-1.0, |d| d * d);
+    let calm = |r: &Row| (r[0] - r[X0]).powi(2) + (r[1] - r[X0 + 1]).powi(2) + (r[2] - r[X0 + 2]).powi(2) <= limit;
+    // No number compares with NaN: what is not finite is not calm.
+    making.team.map(&state.slabs, |_, s| s.asleep || state.rows[s.grains()].iter().all(calm))
+}
+
+/// Layers outside of a slab in which grains of it are now, each once.
+pub(super) fn entered(state: &DemState, k: usize) -> Vec<u32> {
+    let slab = &state.slabs[k];
+    let layer = |r: &Row| state.grid.place(&r[..3])[0] as u32;
+    let outside = |layer: &u32| *layer < slab.layers[0] || *layer >= slab.layers[1];
+    let mut layers: Vec<u32> = state.rows[slab.grains()].iter().map(layer).filter(outside).collect();
+    layers.sort_unstable();
+    layers.dedup();
+    layers
+}
+
 /// Slabs are no longer kept whose layers a grain of a slab that is not kept has come into; nor are those that a grain of theirs
-/// has come into, and so on.
-fn give_up_entered(state: &DemState, kept: &mut [bool]) {
-    let DemState { slabs, grid, rows, .. } = state;
+/// has come into, and so on. `entered` tells the layers that grains of some slabs have come into.
+pub(super) fn reconsider(
+    slabs: &[Slab],
+    kept: &mut [bool],
+    mut entered: impl FnMut(&[usize]) -> Result<Vec<u32>, DemError>,
+) -> Result<(), DemError> {
+    if kept.iter().zip(slabs).all(|(kept, s)| *kept || s.asleep) {
+        // Asked for by something else than motion.
+        kept.iter_mut().zip(slabs).for_each(|(kept, s)| *kept = s.asleep);
+    }
+    if !kept.contains(&true) {
+        return Ok(());
+    }
     let mut open: Vec<usize> = (0..slabs.len()).filter(|&k| !kept[k]).collect();
-    while let Some(k) = open.pop() {
-        let slab = &slabs[k];
-        for row in &rows[slab.grains()] {
-            let layer = grid.place(&row[..3])[0] as u32;
-            if layer < slab.layers[0] || layer >= slab.layers[1] {
-                let at = slabs.partition_point(|s| s.layers[1] <= layer);
-                if slabs.get(at).is_some_and(|s| kept[at] && s.layers[0] <= layer) {
-                    kept[at] = false;
-                    open.push(at);
-                }
+    while !open.is_empty() {
+        let layers = entered(&open)?;
+        open.clear();
+        for layer in layers {
+            let at = slabs.partition_point(|s| s.layers[1] <= layer);
+            if slabs.get(at).is_some_and(|s| kept[at] && s.layers[0] <= layer) {
+                kept[at] = false;
+                open.push(at);
             }
         }
     }
+    Ok(())
 }
 
 /// The stretches of slabs that are not kept or beside one that is not.
-fn blocks(slabs: &[Slab], kept: &[bool], layers: usize) -> Vec<Block> {
+pub(super) fn blocks(slabs: &[Slab], kept: &[bool], layers: usize) -> Vec<Block> {
     let moved = |k: usize| kept.get(k).is_some_and(|kept| !kept);
     let anew = |k: usize| moved(k) || moved(k + 1) || k.checked_sub(1).is_some_and(moved);
     let mut blocks: Vec<Block> = Vec::new();
@@ -157,7 +192,7 @@ fn blocks(slabs: &[Slab], kept: &[bool], layers: usize) -> Vec<Block> {
 }
 
 /// Makes a block anew; its slabs are added to `slabs`.
-fn make(
+pub(super) fn make(
     state: &mut DemState,
     block: &Block,
     old: &mut [Slab],
@@ -174,17 +209,8 @@ fn make(
     permute(state, &sorted, block.rows.clone());
     let from = block.layers.start;
     let layers: Vec<u32> = (from..=block.layers.end).map(|x| sorted.first_of(x * grid.layer()) as u32).collect();
-    let most = ((making.longest / grid.size) as usize).max(1);
-    // Kept slabs stay as long as they are; what lies between them is cut anew.
-    let mut pieces: Vec<(Piece, Option<usize>)> = Vec::new();
-    let mut at = from;
-    for (k, s) in old.iter().enumerate().filter(|(k, _)| kept[*k]) {
-        pieces.extend(cut(&layers, from, at..s.layers[0] as usize, most).into_iter().map(|p| (p, None)));
-        at = s.layers[1] as usize;
-        let halo = layers[(at + 1 - from).min(layers.len() - 1)];
-        pieces.push((Piece { first: s.first, last: s.last, halo, layers: s.layers }, Some(k)));
-    }
-    pieces.extend(cut(&layers, from, at..block.layers.end, most).into_iter().map(|p| (p, None)));
+    let standing = old.iter().enumerate().filter(|(k, _)| kept[*k]);
+    let mut pieces = pieces(standing, &layers, block.layers.clone(), making.most(&grid));
 
     let mut images = Vec::new();
     if let (Some(length), Some((last, _))) = (making.period, pieces.last_mut()) {
@@ -193,8 +219,7 @@ fn make(
         last.halo += layers[1];
     }
 
-    // A kept slab before one that is kept, too, looks at nothing that changes.
-    let listed = |n: usize| pieces[n].1.is_none() || pieces.get(n + 1).is_some_and(|next| next.1.is_none());
+    let listed = |n: usize| is_listed(&pieces, n);
     let to_list: Vec<usize> = (0..pieces.len()).filter(|&n| listed(n)).collect();
     let made = {
         let Making { skin, walls, rolling, .. } = *making;
@@ -220,14 +245,8 @@ fn make(
         if let Some((i, j, overlap)) = deep {
             let [i, j] = [i, j].map(|k| k as usize % state.rows.len());
             let smaller = state.rows[i][R].min(state.rows[j][R]);
-            return Err(DemError::Interpenetration {
-                a: state.ids[i],
-                b: state.ids[j],
-                overlap,
-                allowed: DEEPEST * smaller,
-                time: state.time,
-                hint: making.hint,
-            });
+            let ids = [state.ids[i], state.ids[j]];
+            return Err(deep_error(ids, overlap, smaller, state.time, making.hint));
         }
         if let Some(k) = *kept {
             slab.asleep = old[k].asleep;
@@ -239,11 +258,46 @@ fn make(
     Ok(())
 }
 
+/// A piece of a block, and which of the block's slabs it was if that is kept.
+pub(super) type Kept = (Piece, Option<usize>);
+
+/// What a block is cut into: kept slabs stay as long as they are; what lies between them is cut anew. `start`: first grain of each of its layers, one more than
+/// there are.
+pub(super) fn pieces<'s>(
+    kept: impl Iterator<Item = (usize, &'s Slab)>,
+    start: &[u32],
+    layers: Range<usize>,
+    most: usize,
+) -> Vec<Kept> {
+    let (from, mut at) = (layers.start, layers.start);
+    let mut pieces: Vec<Kept> = Vec::new();
+    for (k, s) in kept {
+        pieces.extend(cut(start, from, at..s.layers[0] as usize, most).into_iter().map(|p| (p, None)));
+        at = s.layers[1] as usize;
+        let halo = start[(at + 1 - from).min(start.len() - 1)];
+        pieces.push((Piece { first: s.first, last: s.last, halo, layers: s.layers }, Some(k)));
+    }
+    pieces.extend(cut(start, from, at..layers.end, most).into_iter().map(|p| (p, None)));
+    pieces
+}
+
+/// Whether a piece's pairs are listed anew: a kept slab before one that is kept, too, looks at nothing that changes.
+pub(super) fn is_listed(pieces: &[Kept], n: usize) -> bool {
+    pieces[n].1.is_none() || pieces.get(n + 1).is_some_and(|next| next.1.is_none())
+}
+
+/// Two grains, by number, that overlap by more than is sound; `smaller`: the smaller radius (m).
+pub(super) fn deep_error([a, b]: [u32; 2], overlap: f64, smaller: f64, time: f64, hint: &'static str) -> DemError {
+    DemError::Interpenetration { a, b, overlap, allowed: DEEPEST * smaller, time, hint }
+}
+
 /// What a look at all grains finds.
-struct Survey {
-    low: Vec3,
-    high: Vec3,
-    largest: f64,
+pub(super) struct Survey {
+    /// Least and greatest coordinates of centres (m).
+    pub low: Vec3,
+    pub high: Vec3,
+    /// Greatest radius (m).
+    pub largest: f64,
 }
 
 /// Ranges of grains in slabs that are not kept.
@@ -262,7 +316,7 @@ fn changing(slabs: &[Slab], kept: &[bool], count: usize) -> Vec<Range<usize>> {
 }
 
 /// Checks the grains of slabs that are not kept, and makes their positions those that lists are made at.
-fn survey(state: &mut DemState, making: &Making, kept: &[bool]) -> Result<Survey, DemError> {
+pub(super) fn survey(state: &mut DemState, making: &Making, kept: &[bool]) -> Result<Survey, DemError> {
     let Making { walls, team, hint, period, .. } = *making;
     let mut chunks = Vec::new();
     let (mut rest, mut at) = (&mut state.rows[..], 0);

@@ -69,17 +69,25 @@ pub(super) fn drowsy(state: &DemState, sleep: &Sleep, zones: &[[f64; 2]], gravit
         && state.slabs.iter().filter(far).any(|s| energy(&state.rows[s.grains()], sleep, gravity)[0] <= 1.0)
 }
 
-/// Lets slabs sleep and wake right after a rebuild, when their grains are where the lists were made.
-pub(super) fn settle(state: &mut DemState, sleep: &Sleep, zones: &[[f64; 2]], gravity: f64) {
+/// How calm each slab is: see `energy`; what sleeps is at rest. Nothing while no body is there.
+pub(super) fn energies(state: &DemState, sleep: &Sleep, zones: &[[f64; 2]], gravity: f64) -> Vec<[f64; 2]> {
+    if zones.is_empty() {
+        return Vec::new();
+    }
+    let of = |s: &Slab| if s.asleep { [0.0; 2] } else { energy(&state.rows[s.grains()], sleep, gravity) };
+    state.slabs.iter().map(of).collect()
+}
+
+/// Lets slabs sleep and wake right after a rebuild, when their grains are where the lists were made. `beside`: the second of the [`energies`] before the first
+/// slab and behind the last.
+pub(super) fn settle(state: &mut DemState, sleep: &Sleep, zones: &[[f64; 2]], energies: &[[f64; 2]], beside: [f64; 2]) {
     if zones.is_empty() {
         return;
     }
-    let (rows, slabs) = (&state.rows, &state.slabs);
-    let energies: Vec<[f64; 2]> =
-        slabs.iter().map(|s| if s.asleep { [0.0; 2] } else { energy(&rows[s.grains()], sleep, gravity) }).collect();
     for k in 0..state.slabs.len() {
-        let flows = |n: usize| energies.get(n).is_some_and(|e| e[1] > FLOWS);
-        let beside = flows(k + 1) || k.checked_sub(1).is_some_and(flows);
+        let before = k.checked_sub(1).map_or(beside[0], |n| energies[n][1]);
+        let behind = energies.get(k + 1).map_or(beside[1], |e| e[1]);
+        let beside = behind > FLOWS || before > FLOWS;
         let slab = &mut state.slabs[k];
         if slab.asleep {
             slab.asleep = !beside;

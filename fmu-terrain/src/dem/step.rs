@@ -6,7 +6,7 @@
 //! a region is integrated after all regions have met (see [`terramech_simd::regions`]). How many regions there are
 //! follows from the threads and changes no sum.
 
-use super::body::Body;
+use super::body::{Body, BodyLoad};
 use super::engine::{CpuEngine, HINT, KEEP};
 use super::error::DemError;
 use super::grains::Row;
@@ -48,24 +48,28 @@ impl CpuEngine {
             (b.force, b.moment) = ([0.0; 3], [0.0; 3]);
         }
         self.renew(bodies)?;
+        self.look_behind()?;
         let h = self.setup.step;
         self.approach(h);
         let motion = Motion { h, gravity: self.setup.gravity, reach: 0.5 * self.skin };
-        self.sweep(bodies, Way { motion, isa: self.isa(), keep: last });
+        let way = Way { motion, isa: self.isa(), keep: last };
+        let swept = self.inside(|e| e.sweep(bodies, way));
+        self.push(&swept)?;
+        self.inside(|e| e.finish(&swept, way));
+        let touched = self.touched(last)?;
         let state = &mut self.state;
         state.wall_force.fill([0.0; 3]);
         let walls = self.walls.len();
-        for s in &mut self.scratch {
-            for (k, f) in s.wall_force.drain(..).enumerate() {
-                let sum = &mut state.wall_force[k % walls];
-                *sum = add(*sum, f);
-            }
-            for load in s.body_loads.drain(..) {
-                state.body_work += bodies[load.body as usize].apply(&load, h);
-            }
+        for (k, f) in touched.walls.into_iter().enumerate() {
+            let sum = &mut state.wall_force[k % walls];
+            *sum = add(*sum, f);
+        }
+        for load in touched.loads {
+            state.body_work += bodies[load.body as usize].apply(&load, h);
         }
         let options = self.options();
         super::obstacle::contact::step(bodies, &self.setup, &self.walls, &self.pairs, &options);
+        self.tell_obstacles(bodies)?;
         let state = &mut self.state;
         state.steps += 1;
         state.time += h;
@@ -75,6 +79,7 @@ impl CpuEngine {
     /// New lists where they are due; wakes slabs and lets them sleep.
     fn renew(&mut self, bodies: &mut [Body]) -> Result<(), DemError> {
         let moved = self.follow(bodies)?;
+        self.state.stale = self.any(self.state.stale)?;
         let keep = Some(KEEP * self.skin);
         let Some(sleep) = self.setup.sleep else {
             return if self.state.stale { self.rebuild(HINT, keep) } else { Ok(()) };
@@ -82,11 +87,13 @@ impl CpuEngine {
         let (zones, gravity) = (sleep::zones(bodies), norm(self.setup.gravity));
         sleep::wake(&mut self.state, &sleep, &zones);
         let look = self.state.steps.is_multiple_of(sleep::LOOK);
-        if moved || self.state.stale || look && sleep::drowsy(&self.state, &sleep, &zones, gravity) {
+        let drowsy = look && !moved && !self.state.stale;
+        let drowsy = drowsy && self.any(sleep::drowsy(&self.state, &sleep, &zones, gravity))?;
+        if moved || self.state.stale || drowsy {
             if !moved {
                 self.rebuild(HINT, keep)?;
             }
-            sleep::settle(&mut self.state, &sleep, &zones, gravity);
+            self.settle(&sleep, &zones, gravity)?;
         }
         Ok(())
     }
@@ -97,13 +104,14 @@ impl CpuEngine {
         self.near.resize_with(self.state.slabs.len(), Near::default);
         for k in 0..self.near.len() {
             // Behind the last comes the first, where the bed repeats itself.
-            let next = self.near.get(k + 1).unwrap_or(&self.near[0]).speed;
+            let behind = self.spread.as_ref().map_or(self.near[0].speed, |s| s.speed);
+            let next = self.near.get(k + 1).map_or(behind, |n| n.speed);
             let own = self.near[k].speed;
             self.near[k].slack -= h * (own + own.max(next)) * (1.0 + 1e-9);
         }
     }
 
-    fn sweep(&mut self, bodies: &[Body], way: Way) {
+    fn sweep(&mut self, bodies: &[Body], way: Way) -> Swept {
         let options = self.options();
         let (setup, rolling, team) = (&self.setup, self.rolling, &self.team);
         let world = World { pairs: &self.pairs, walls: &self.walls, bodies, batch: self.batch.as_ref(), options };
@@ -114,11 +122,16 @@ impl CpuEngine {
             .iter()
             .map(|s| Cut { first: s.first as usize, last: s.last as usize, halo: (s.halo as usize).min(count) })
             .collect();
-        let images = match (setup.period, state.slabs.last()) {
-            (Some(length), Some(last)) => period::images(&state.rows, last.halo - count as u32, length),
+        let images = match (setup.period, state.slabs.last(), &self.spread) {
+            (Some(length), Some(last), _) => period::images(&state.rows, last.halo - count as u32, length),
+            (_, _, Some(spread)) => spread.ghosts.clone(),
             _ => Vec::new(),
         };
-        let work = work(&state.slabs);
+        let work = work(&state.slabs, self.spread.as_ref().is_none_or(|s| s.asleep));
+        if work.is_empty() {
+            self.scratch.clear();
+            return Swept { cuts, starts: Vec::new(), work };
+        }
         let starts = starts(&work, team.threads());
         self.scratch.resize_with(starts.len(), Scratch::default);
 
@@ -149,12 +162,15 @@ impl CpuEngine {
                 }
             });
         }));
-        self.finish(&cuts, &starts, &work, way);
+        Swept { cuts, starts, work }
     }
 
     /// Integrates the first slab of each region, whose forces are complete now.
-    fn finish(&mut self, cuts: &[Cut], starts: &[usize], work: &[Work], way: Way) {
+    fn finish(&mut self, swept: &Swept, way: Way) {
+        let Swept { cuts, starts, work } = swept;
         let state = &mut self.state;
+        // Where the bed goes on before this member's part, what is done there to its first grains has been told.
+        let pushed = self.spread.as_ref().map_or(&[][..], |s| &s.pushed);
         let scratch = &self.scratch;
         let periodic = self.setup.period.is_some();
         let mut tasks = Vec::with_capacity(starts.len());
@@ -168,7 +184,7 @@ impl CpuEngine {
             let own = if slabs > 1 { &scratch[r].start } else { &scratch[r].force };
             // The region before ends with the slab before; before the first is the last, where the bed repeats itself.
             let slab_before = s.checked_sub(1).or(periodic.then(|| cuts.len() - 1));
-            let before = slab_before.map_or(&[][..], |b| {
+            let before = slab_before.map_or(pushed, |b| {
                 let region = r.checked_sub(1).unwrap_or(starts.len() - 1);
                 &scratch[region].force[cuts[b].last - cuts[b].first..]
             });
@@ -185,6 +201,84 @@ impl CpuEngine {
     }
 }
 
+/// What a sweep leaves to be finished.
+struct Swept {
+    cuts: Vec<Cut>,
+    starts: Vec<usize>,
+    work: Vec<Work>,
+}
+
+/// What grains do to walls and bodies in a step, slab after slab.
+struct TouchedBy {
+    walls: Vec<Vec3>,
+    loads: Vec<BodyLoad>,
+}
+
+impl CpuEngine {
+    /// Whether it holds here, or for any other member.
+    fn any(&mut self, mine: bool) -> Result<bool, DemError> {
+        self.spread.as_mut().map_or(Ok(mine), |s| s.links().any(mine))
+    }
+
+    /// Members tell each other where the grains at their cuts are.
+    pub(super) fn look_behind(&mut self) -> Result<(), DemError> {
+        let Some(spread) = &mut self.spread else { return Ok(()) };
+        let speed = self.near.first().map_or(0.0, |n| n.speed);
+        let asleep = self.state.slabs.first().is_none_or(|s| s.asleep);
+        spread.look_behind(&self.state.rows, speed, asleep)
+    }
+
+    /// What the last slab does to grains of the next member is told there.
+    fn push(&mut self, swept: &Swept) -> Result<(), DemError> {
+        let Some(spread) = &mut self.spread else { return Ok(()) };
+        let forces = match (self.scratch.last(), swept.cuts.last(), swept.work.last()) {
+            (Some(scratch), Some(cut), Some(work)) if *work != Work::Nothing => {
+                // The region's only slab is its first, whose forces are kept where they were made.
+                let whole = &scratch.force;
+                whole.get(cut.last - cut.first..).unwrap_or_default()
+            }
+            _ => &[],
+        };
+        spread.push(forces)
+    }
+
+    /// Lets slabs sleep and wake, by what those beside them do.
+    fn settle(&mut self, sleep: &sleep::Sleep, zones: &[[f64; 2]], gravity: f64) -> Result<(), DemError> {
+        let energies = sleep::energies(&self.state, sleep, zones, gravity);
+        let mut beside = [0.0; 2];
+        if let Some(spread) = &mut self.spread {
+            beside = spread.beside(&energies)?;
+        }
+        sleep::settle(&mut self.state, sleep, zones, &energies, beside);
+        Ok(())
+    }
+
+    /// What grains have done to walls and bodies in this step: on the lead of a team that of all members, on the others nothing. Of walls the last step of a
+    /// call counts.
+    fn touched(&mut self, last: bool) -> Result<TouchedBy, DemError> {
+        let mut all = TouchedBy { walls: Vec::new(), loads: Vec::new() };
+        for s in &mut self.scratch {
+            all.walls.append(&mut s.wall_force);
+            all.loads.append(&mut s.body_loads);
+        }
+        match &mut self.spread {
+            None => Ok(all),
+            Some(spread) => {
+                let (walls, loads) = spread.lead_gets(all.walls, all.loads, last)?;
+                Ok(TouchedBy { walls, loads })
+            }
+        }
+    }
+
+    /// The lead has moved the obstacles: the others learn where they are.
+    fn tell_obstacles(&mut self, bodies: &mut [Body]) -> Result<(), DemError> {
+        let Some(spread) = &mut self.spread else { return Ok(()) };
+        let free: Vec<&mut super::FreeState> =
+            bodies.iter_mut().filter_map(|b| b.shape.as_free()).map(|f| &mut f.now).collect();
+        if free.is_empty() { Ok(()) } else { spread.same_obstacles(free) }
+    }
+}
+
 /// What is done to a slab in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Work {
@@ -196,11 +290,11 @@ enum Work {
     All,
 }
 
-fn work(slabs: &[Slab]) -> Vec<Work> {
-    let of = |(k, s): (usize, &Slab)| match slabs.get(k + 1) {
+fn work(slabs: &[Slab], asleep_behind: bool) -> Vec<Work> {
+    let of = |(k, s): (usize, &Slab)| match slabs.get(k + 1).map_or(asleep_behind, |next| next.asleep) {
         _ if !s.asleep => Work::All,
-        Some(next) if !next.asleep => Work::Contacts,
-        _ => Work::Nothing,
+        false => Work::Contacts,
+        true => Work::Nothing,
     };
     slabs.iter().enumerate().map(of).collect()
 }
