@@ -81,8 +81,11 @@ fn any_number_of_members_gives_the_bits_of_one_engine() {
             assert_eq!(told[0].0.1, expected.1, "{size} members, sleep {sleep}");
             assert_eq!(told[0].0.0, expected.0, "{size} members, sleep {sleep}");
             assert_eq!(told.iter().map(|t| t.1).sum::<usize>(), bed.state().rows.len());
-            let share = bed.state().rows.len() / size;
-            assert!(told.iter().all(|t| t.1 > share / 3), "{:?}", told.iter().map(|t| t.1).collect::<Vec<_>>());
+            // While soil sleeps, the cuts are where the wheel is.
+            let counts: Vec<usize> = told.iter().map(|t| t.1).collect();
+            let (least, most) = (counts.iter().min().unwrap(), counts.iter().max().unwrap());
+            let even = bed.state().rows.len() / size;
+            assert!(if sleep && size > 1 { *most > 21 * even / 20 } else { *least > even / 2 }, "{counts:?}");
         }
     }
 }
@@ -141,7 +144,7 @@ fn a_failure_of_one_member_is_told_to_all() {
         engine.advance(500, &mut []).unwrap_err()
     });
     let own = told.iter().filter(|e| !matches!(e, DemError::Elsewhere)).count();
-    assert!(own >= 1 && own < 3, "{told:?}");
+    assert!((1..3).contains(&own), "{told:?}");
 }
 
 #[test]

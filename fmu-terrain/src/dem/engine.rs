@@ -340,7 +340,10 @@ impl CpuEngine {
         };
         let near = |k: Option<usize>| k.and_then(|k| old.get_mut(k)).map(std::mem::take).unwrap_or_default();
         self.near = origin.into_iter().map(near).collect();
-        Ok(())
+        match &mut self.spread {
+            None => Ok(()),
+            Some(spread) => spread.balance(&mut self.state, &mut self.near),
+        }
     }
 
     pub(super) fn options(&self) -> Options {

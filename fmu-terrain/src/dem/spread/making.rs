@@ -36,16 +36,19 @@ struct Found {
     count: u64,
 }
 
+/// A grain on its way: number, row, force.
+type Moving = (u32, Row, Vec3);
+
 /// Grains and memories on their way.
 #[derive(Default, Serialize, Deserialize)]
 struct Parcel {
-    grains: Vec<(u32, Row, Vec3)>,
+    grains: Vec<Moving>,
     pairs: Vec<Pair>,
-    walls: Vec<((u32, u32), ([f64; 4], [f64; 3]))>,
+    walls: Vec<Pair>,
     bodies: Vec<(u32, Vec<crate::dem::slab::BodyPair>)>,
 }
 
-/// A memory of two grains.
+/// A memory of two grains, or of a grain and a wall.
 type Pair = ((u32, u32), ([f64; 4], [f64; 3]));
 
 /// Where slabs of all members lie.
@@ -397,7 +400,7 @@ impl Across<'_> {
         mut parcels: Vec<Parcel>,
         others: &[usize],
         spread: &mut Spread,
-    ) -> Result<(Vec<(u32, Row, Vec3)>, Memories), DemError> {
+    ) -> Result<(Vec<Moving>, Memories), DemError> {
         let me = spread.index;
         let mut all = vec![std::mem::take(&mut parcels[me - self.members.start])];
         let out = others.iter().map(|&m| Ok((m, pack(&parcels[m - self.members.start])?)));
@@ -420,7 +423,7 @@ impl Across<'_> {
     }
 
     /// Puts the block's grains into the place of those that I had of it, in canonical order.
-    fn settle_in(&self, state: &mut DemState, rows: Range<usize>, grains: Vec<(u32, Row, Vec3)>) {
+    fn settle_in(&self, state: &mut DemState, rows: Range<usize>, grains: Vec<Moving>) {
         let (new, ids): (Vec<Row>, Vec<u32>) = grains.iter().map(|g| (g.1, g.0)).unzip();
         let sorted = sort_rows(&state.grid, (&new, &ids), 0..new.len(), self.block.layers.clone(), self.making.team);
         let order = sorted.order.iter().map(|&k| k as usize);
@@ -515,8 +518,6 @@ impl Spread {
         self.before = (0..me).rev().find(|&m| all[m].0 > 0).filter(|_| all[me].0 > 0);
         self.behind = (me + 1..all.len()).find(|&m| all[m].0 > 0).filter(|_| all[me].0 > 0);
         self.front = self.before.map_or(0, |m| all[m].1 as usize);
-        let sum = |range: Range<usize>| all[range].iter().map(|m| m.0 as usize).sum();
-        self.slabs = [sum(0..me), sum(0..all.len())];
         if self.behind.is_none() {
             self.ghosts.clear();
             self.ghost_ids.clear();

@@ -10,8 +10,9 @@
 //!
 //! Slabs, lists, sums and their order are those of an engine alone ([`super::rebuild`](mod@super::rebuild), [`super::step`]): the same bits for any number of members, this engine against the shared one included.
 //! Lists are made anew by all members in the same step. What the places of grains decide about slabs ([`making`]) is told to all; grains and their memories go to the member where their
-//! slab is then, and cuts move to where grains are, at each rebuild that makes all anew.
+//! slab is then. Now and then cuts move to where the work is (`balance.rs`).
 
+mod balance;
 mod edge;
 pub(super) mod making;
 mod state;
@@ -84,8 +85,6 @@ pub struct Spread {
     pub(super) asleep: bool,
     /// What the slab before does to the first grains.
     pub(super) pushed: Vec<Force>,
-    /// Number of slabs of members before this one, and of all.
-    slabs: [usize; 2],
 }
 
 impl Spread {
@@ -103,7 +102,6 @@ impl Spread {
             speed: 0.0,
             asleep: true,
             pushed: Vec::new(),
-            slabs: [0; 2],
         }
     }
 

@@ -1,0 +1,168 @@
+//! Cuts move to where the work is.
+//!
+//! Every few rebuilds members compare what they have to do: grains that are awake, and a little for those that sleep. Where one has more than a tenth above the mean, slabs are shared
+//! out anew, and those that change hands go with their grains and lists as they are. Nothing is listed or sorted anew, so that it changes no bit: cuts may even follow from what a run
+//! has measured.
+
+use super::making::shift;
+use super::{Message, Spread, pack, unpack};
+use crate::dem::error::DemError;
+use crate::dem::grains::{DemState, Row};
+use crate::dem::slab::{Near, Slab};
+use crate::dem::vec3::Vec3;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Rebuilds between two looks.
+pub(super) const LOOK: u64 = 16;
+/// A member may have so much more than the mean.
+const MOST: f64 = 1.1;
+/// Work of a grain that sleeps, of one that is awake.
+const ASLEEP: f64 = 0.02;
+
+/// Slabs on their way, places counted from their first grain.
+#[derive(Serialize, Deserialize)]
+struct Part {
+    rows: Vec<Row>,
+    ids: Vec<u32>,
+    force: Vec<Vec3>,
+    slabs: Vec<Slab>,
+}
+
+/// First slab of each member, one more than there are members: about the same work for each.
+fn shares(work: &[f64], size: usize) -> Vec<usize> {
+    let total: f64 = work.iter().sum();
+    let mut first = vec![0; size + 1];
+    let (mut sum, mut member) = (0.0, 0);
+    for (k, w) in work.iter().enumerate() {
+        // The member in whose share the middle of it lies.
+        let at = (((sum + 0.5 * w) * size as f64 / total) as usize).min(size - 1);
+        while member < at {
+            member += 1;
+            first[member] = k;
+        }
+        sum += w;
+    }
+    first[member + 1..].fill(work.len());
+    first
+}
+
+impl Spread {
+    /// Shares slabs out anew where it pays. `near` is of each slab.
+    pub(in crate::dem) fn balance(&mut self, state: &mut DemState, near: &mut Vec<Near>) -> Result<(), DemError> {
+        if self.size == 1 || !state.rebuilds.is_multiple_of(LOOK) {
+            return Ok(());
+        }
+        let of = |s: &Slab| f64::from(s.last - s.first) * if s.asleep { ASLEEP } else { 1.0 };
+        let all: Vec<Vec<f64>> = self.share(&state.slabs.iter().map(of).collect::<Vec<f64>>())?;
+        let sums: Vec<f64> = all.iter().map(|m| m.iter().sum()).collect();
+        let most = sums.iter().fold(0.0_f64, |m, s| m.max(*s));
+        if most <= MOST * sums.iter().sum::<f64>() / self.size as f64 {
+            return Ok(());
+        }
+        let mut first = vec![0];
+        all.iter().for_each(|m| first.push(first[first.len() - 1] + m.len()));
+        let then = shares(&all.concat(), self.size);
+        if then == first {
+            return Ok(());
+        }
+        self.hand_over(state, near, &first, &then)?;
+        self.find_neighbours(state)?;
+        self.see(state)
+    }
+
+    /// Slabs go from those who have them (`first`) to those who shall (`then`).
+    fn hand_over(
+        &mut self,
+        state: &mut DemState,
+        near: &mut Vec<Near>,
+        first: &[usize],
+        then: &[usize],
+    ) -> Result<(), DemError> {
+        let me = self.index;
+        let common = |a: Range<usize>, b: Range<usize>| a.start.max(b.start)..a.end.min(b.end);
+        let (had, gets) = (|m: usize| first[m]..first[m + 1], |m: usize| then[m]..then[m + 1]);
+        let mut out: Vec<Message> = Vec::new();
+        let mut from = Vec::new();
+        for other in (0..self.size).filter(|m| *m != me) {
+            let goes = common(had(me), gets(other));
+            if !goes.is_empty() {
+                let part = take(state, goes.start - first[me]..goes.end - first[me]);
+                out.push((other, pack(&part)?));
+            }
+            if !common(had(other), gets(me)).is_empty() {
+                from.push(other);
+            }
+        }
+        let came = self.links().round(out, &from)?;
+        let stays = common(had(me), gets(me));
+        let local = if stays.is_empty() { 0..0 } else { stays.start - first[me]..stays.end - first[me] };
+        let mine = take(state, local.clone());
+        let mut parts = vec![(me, mine)];
+        for (m, bytes) in from.into_iter().zip(came) {
+            parts.push((m, unpack(&bytes)?));
+        }
+        parts.sort_by_key(|(m, _)| *m);
+        let mut old = std::mem::take(near);
+        (state.rows, state.ids, state.force, state.slabs) = Default::default();
+        for (m, part) in parts {
+            let base = state.rows.len() as u32;
+            state.rows.extend(part.rows);
+            state.ids.extend(part.ids);
+            state.force.extend(part.force);
+            for (k, mut slab) in part.slabs.into_iter().enumerate() {
+                let to = slab.first + base;
+                shift(&mut slab, to);
+                state.slabs.push(slab);
+                let known = (m == me).then(|| old.get_mut(local.start + k)).flatten();
+                near.push(known.map(std::mem::take).unwrap_or_default());
+            }
+        }
+        Ok(())
+    }
+
+    /// Copies of the grains behind the cut, wherever it is now.
+    fn see(&mut self, state: &DemState) -> Result<(), DemError> {
+        let mut out = Vec::new();
+        if let Some(before) = self.before {
+            let seen: (&[Row], &[u32]) = (&state.rows[..self.front], &state.ids[..self.front]);
+            out.push((before, pack(&seen)?));
+        }
+        let from: Vec<usize> = self.behind.into_iter().collect();
+        let came = self.links().round(out, &from)?;
+        if let Some(bytes) = came.first() {
+            (self.ghosts, self.ghost_ids) = unpack(bytes)?;
+        }
+        Ok(())
+    }
+}
+
+/// A copy of some slabs and their grains.
+fn take(state: &DemState, slabs: Range<usize>) -> Part {
+    let slabs = &state.slabs[slabs];
+    let (from, to) = match (slabs.first(), slabs.last()) {
+        (Some(first), Some(last)) => (first.first as usize, last.last as usize),
+        _ => (0, 0),
+    };
+    let mut slabs = slabs.to_vec();
+    for s in &mut slabs {
+        let to = s.first - from as u32;
+        shift(s, to);
+    }
+    let [rows, ids, force] = [from..to, from..to, from..to];
+    Part { rows: state.rows[rows].to_vec(), ids: state.ids[ids].to_vec(), force: state.force[force].to_vec(), slabs }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_hold_about_the_same_work() {
+        assert_eq!(shares(&[1.0; 6], 3), [0, 2, 4, 6]);
+        assert_eq!(shares(&[1.0, 1.0, 8.0, 1.0, 1.0], 2), [0, 2, 5]);
+        // More members than slabs: some have none.
+        assert_eq!(shares(&[1.0, 1.0], 4), [0, 0, 1, 1, 2]);
+        assert_eq!(shares(&[0.0, 0.0, 5.0], 2), [0, 2, 3]);
+    }
+}
