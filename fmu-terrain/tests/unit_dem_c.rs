@@ -134,3 +134,32 @@ fn wrong_settings_are_told_by_their_place() {
         assert!(e.contains(part), "{e}");
     }
 }
+
+#[test]
+fn no_mass_negative_friction_and_what_is_no_number_are_told_by_the_unit() {
+    let text =
+        r#"{"soil": {"density": 0, "friction": -0.5}, "bodies": {"surface": {"friction": -1}}, "dem_c": {"step": 0}}"#;
+    let mut i = make(fmu_terrain::dem_c::model(), &[("specification", text)]);
+    let e = i.enter_initialization().unwrap_err().message;
+    for part in ["soil.density", "soil.friction", "-0.5", "bodies.surface.friction", "dem_c.step"] {
+        assert!(e.contains(part), "{part}: {e}");
+    }
+    // A velocity of a wheel that is no number is refused where it enters; the unit goes on with the one before.
+    let (mut i, z) = with_wheel(&[]);
+    press(&mut i, z, 0..2);
+    let velocity = vr(&i, "body[1].velocity.x");
+    let e = i.set_real(velocity, f64::NAN).unwrap_err().message;
+    assert!(e.contains("body[1].velocity.x") && e.contains("NaN"), "{e}");
+    press(&mut i, z, 2..4);
+}
+
+#[test]
+fn a_wheel_too_fast_for_the_step_is_told() {
+    // 100 mm in a step, eight diameters of a grain.
+    let (mut i, z) = with_wheel(&[]);
+    place(&mut i, z - 0.02);
+    let velocity = vr(&i, "body[1].velocity.x");
+    i.set_real(velocity, 100.0).unwrap();
+    let e = (0..3).find_map(|k| i.do_step(f64::from(k) * H, H).err()).expect("a fault").message;
+    assert!(e.contains("half its radius") && e.contains("smaller"), "{e}");
+}
