@@ -7,8 +7,8 @@
 use fmu_terrain::config::Terrain;
 use fmu_terrain::soil::{Report, Soil, measure};
 use serde_json::json;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use terramech_results::report::{Axis, Plot, Style};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut file, mut out, mut threads, mut seed) = (None, PathBuf::from("out/soil"), 1, None);
@@ -76,62 +76,30 @@ fn write(r: &Report, out: &Path) -> Result<(), Box<dyn std::error::Error>> {
         },
     });
     std::fs::write(out.join("soil.json"), serde_json::to_string_pretty(&value)? + "\n")?;
-    let profile = [("slope".to_string(), r.repose.profile.clone())];
-    plot(&out.join("repose.svg"), "Angle of repose", ["x [m]", "height [m]"], &profile)?;
-    let curves: Vec<_> = s.tests.iter().map(|t| (format!("{:.1} kPa", t.normal / 1e3), t.curve.clone())).collect();
-    plot(&out.join("shear.svg"), "Direct shear", ["displacement [m]", "shear stress [Pa]"], &curves)?;
-    let mut curves: Vec<_> = p.tests.iter().map(|t| (format!("b {:.0} mm", t.width * 1e3), t.curve.clone())).collect();
+    let plot = |title: &str, [x, x_unit]: [&str; 2], [y, y_unit]: [&str; 2]| {
+        Plot::new(title, Axis::new(x, x_unit), Axis::new(y, y_unit))
+    };
+    let add = |plot: Plot, label: String, points: &[[f64; 2]], style: Style| {
+        let [x, y] = [0, 1].map(|c| points.iter().map(|p| p[c]).collect::<Vec<_>>());
+        plot.with(label, &x, &y, style)
+    };
+    let slope = plot("Angle of repose: a column whose side is taken away", ["x", "m"], ["height", "m"]);
+    let slope = add(slope, format!("{:.1} deg", r.repose.angle.to_degrees()), &r.repose.profile, Style::Line);
+    let mut shear = plot("Direct shear", ["displacement", "m"], ["shear stress", "Pa"]);
+    for t in &s.tests {
+        shear = add(shear, format!("{:.1} kPa", t.normal / 1e3), &t.curve, Style::Line);
+    }
+    let mut plates = plot("Plate sinkage", ["sinkage", "m"], ["pressure", "Pa"]);
     for t in &p.tests {
-        let fit = t.curve.iter().map(|c| [c[0], (p.k_c / t.width + p.k_phi) * c[0].powf(p.n)]).collect();
-        curves.push((format!("fit, b {:.0} mm", t.width * 1e3), fit));
+        let fit: Vec<[f64; 2]> = t.curve.iter().map(|c| [c[0], (p.k_c / t.width + p.k_phi) * c[0].powf(p.n)]).collect();
+        let width = t.width * 1e3;
+        plates = add(plates, format!("width {width:.0} mm"), &t.curve, Style::Line);
+        plates = add(plates, format!("Bekker, {width:.0} mm"), &fit, Style::Dashed);
     }
-    plot(&out.join("plates.svg"), "Plate sinkage", ["sinkage [m]", "pressure [Pa]"], &curves)?;
+    for (plot, name) in [(slope, "repose"), (shear, "shear"), (plates, "plates")] {
+        let path = out.join(format!("{name}.svg"));
+        std::fs::write(&path, plot.svg()).map_err(|e| format!("{}: cannot be written: {e}", path.display()))?;
+    }
     println!("written to {}", out.display());
-    Ok(())
-}
-
-/// Lines over common axes from zero.
-fn plot(
-    path: &Path,
-    title: &str,
-    [x, y]: [&str; 2],
-    curves: &[(String, Vec<[f64; 2]>)],
-) -> Result<(), Box<dyn std::error::Error>> {
-    const COLOURS: [&str; 4] = ["#1f6feb", "#d29922", "#2da44e", "#cf222e"];
-    let all = || curves.iter().flat_map(|(_, c)| c);
-    let most = [0, 1].map(|k| all().map(|p| p[k]).fold(1e-12, f64::max));
-    let at = |p: &[f64; 2]| (70.0 + 480.0 * p[0] / most[0], 330.0 - 280.0 * p[1].max(0.0) / most[1]);
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 600 390\" font-family=\"sans-serif\" font-size=\"13\">\n\
-         <rect width=\"600\" height=\"390\" fill=\"white\"/><text x=\"300\" y=\"24\" text-anchor=\"middle\" font-size=\"16\">{title}</text>\n\
-         <path d=\"M70 50V330H550\" fill=\"none\" stroke=\"#57606a\"/>\n\
-         <text x=\"310\" y=\"375\" text-anchor=\"middle\">{x}</text>\
-         <text transform=\"translate(16 190) rotate(-90)\" text-anchor=\"middle\">{y}</text>\n"
-    );
-    for k in 0..=4 {
-        let part = f64::from(k) / 4.0;
-        let (px, py) = at(&[part * most[0], part * most[1]]);
-        writeln!(
-            svg,
-            "<text x=\"{px:.0}\" y=\"348\" text-anchor=\"middle\">{:.3}</text><text x=\"64\" y=\"{:.0}\" \
-             text-anchor=\"end\">{:.3e}</text><path d=\"M70 {py:.0}H550\" stroke=\"#d0d7de\"/>",
-            part * most[0],
-            py + 4.0,
-            part * most[1]
-        )?;
-    }
-    for (k, (name, curve)) in curves.iter().enumerate() {
-        let line: Vec<String> = curve.iter().map(at).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-        let colour = COLOURS[k % COLOURS.len()];
-        let dash = if name.starts_with("fit") { " stroke-dasharray=\"5 4\"" } else { "" };
-        writeln!(
-            svg,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"{dash}/>",
-            line.join(" ")
-        )?;
-        writeln!(svg, "<text x=\"84\" y=\"{}\" fill=\"{colour}\">{name}</text>", 64 + 17 * k)?;
-    }
-    svg.push_str("</svg>\n");
-    std::fs::write(path, svg).map_err(|e| format!("{}: cannot be written: {e}", path.display()))?;
     Ok(())
 }

@@ -6,6 +6,7 @@ mod dem;
 mod dem_c;
 mod master;
 mod mpi;
+mod output;
 mod tire;
 mod vehicle;
 mod vehicle_on_soil;
@@ -35,6 +36,7 @@ const BENCHES: &[Bench] = &[
     ("tire", "flexible tire, rolling in contact, 1 and 2 threads, split into its parts", tire::tire),
     ("vehicle", "HMMWV at 1e-3 s on one core", vehicle::vehicle),
     ("vehicle-on-soil", "the obstacle study as published, 923,000 grains, per unit", vehicle_on_soil::vehicle_on_soil),
+    ("output", "what the ParaView series of grains costs a run", output::output),
     ("mpi", "the single wheel in one process and on two ranks (needs MPI)", mpi::mpi),
     ("master", "cost of coupling beside a bare loop of the same calls, FMPy and libcosim", master::master),
 ];

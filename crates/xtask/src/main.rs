@@ -50,7 +50,7 @@ enum Task {
     },
     /// Run the studies of vehicles and tires on soil in small size; writes tables and plots into docs/studies.
     Study {
-        /// Study to run (default: all): straight-line, obstacle, turn, multi-pass.
+        /// Study to run (default: all): straight-line, ruts, obstacle, turn, multi-pass, depth, checks.
         name: Option<String>,
     },
     /// Measure; prints a table.

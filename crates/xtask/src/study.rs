@@ -5,6 +5,7 @@
 
 mod checks;
 mod depth;
+mod ruts;
 
 use crate::pack;
 use crate::process::{fmus, root, run, target};
@@ -29,7 +30,7 @@ const SEEDS: [u64; 3] = [1, 2, 3];
 /// # Errors
 /// An unknown name, a run that fails, a file that cannot be written.
 pub fn study(name: Option<&str>) -> Result<()> {
-    let known = [&VEHICLE[..], &["multi-pass", "depth", "checks"]].concat();
+    let known = [&VEHICLE[..], &["ruts", "multi-pass", "depth", "checks"]].concat();
     if let Some(name) = name.filter(|n| !known.contains(n)) {
         bail!("study '{name}' is unknown; there are: {}", known.join(", "));
     }
@@ -38,6 +39,7 @@ pub fn study(name: Option<&str>) -> Result<()> {
     std::fs::create_dir_all(&docs).with_context(|| format!("cannot make {}", docs.display()))?;
     for each in known.into_iter().filter(|k| name.is_none_or(|n| n == *k)) {
         match each {
+            "ruts" => ruts::ruts(&docs)?,
             "multi-pass" => passes(&docs)?,
             "depth" => depth::depth(&docs)?,
             "checks" => checks::checks(&docs)?,
