@@ -74,6 +74,26 @@ pub trait SoilEngine: GrainEngine + Sized {
         own: Self::Own,
         threads: usize,
     ) -> Result<Self, DemError>;
+    /// A member's engine of a bed in this state, which all members hand over whole.
+    ///
+    /// # Errors
+    /// This engine cannot be spread; as [`SoilEngine::open`].
+    fn spread(
+        _spec: &Terrain,
+        _surfaces: &[[f64; 4]],
+        _state: &DemState,
+        links: Box<dyn dem::spread::Links>,
+        _threads: usize,
+    ) -> Result<Self, DemError> {
+        Err(DemError::parameter("team", links.size(), "one member for this kind of ground"))
+    }
+    /// The whole state; of a team on the lead, where all members call it.
+    ///
+    /// # Errors
+    /// The team is broken.
+    fn whole(&mut self) -> Result<Option<DemState>, DemError> {
+        Ok(Some(self.state().clone()))
+    }
     /// What is saved beside the grains.
     fn own(&self) -> Self::Own;
     /// Takes the surfaces of the bodies.
@@ -112,6 +132,22 @@ impl SoilEngine for CpuEngine {
         let setup = spec.setup(surfaces);
         limits::check_rows(&setup, &state.rows)?;
         Self::with_state(setup, state, threads)
+    }
+
+    fn spread(
+        spec: &Terrain,
+        surfaces: &[[f64; 4]],
+        state: &DemState,
+        links: Box<dyn dem::spread::Links>,
+        threads: usize,
+    ) -> Result<Self, DemError> {
+        let setup = spec.setup(surfaces);
+        limits::check_rows(&setup, &state.rows)?;
+        Self::spread(setup, state, links, threads)
+    }
+
+    fn whole(&mut self) -> Result<Option<DemState>, DemError> {
+        self.gather()
     }
 
     fn own(&self) {}

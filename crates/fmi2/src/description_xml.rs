@@ -183,6 +183,9 @@ fn annotations(w: &mut W, model: &Model) -> std::io::Result<()> {
         w.write_event(Event::Start(tool.borrow()))?;
         group(w, "Extension", &[("version", "1".into())], |w| {
             empty(w, "Weight", &[("value", model.weight.to_string())])?;
+            if model.spreads {
+                empty(w, "Team", &[])?;
+            }
             for (vr, v) in vars.iter().enumerate().filter(|(_, v)| v.start.is_array()) {
                 let kind = if v.start == Start::RealArray { "Real" } else { "Integer" };
                 let mut a = vec![

@@ -86,6 +86,8 @@ macro_rules! export {
                 terramech_getIntegerArray = get_integer_array(c: C, vr: Vr, value: *mut Fmi2Integer, n: usize) -> S;
                 terramech_setIntegerArray = set_integer_array(c: C, vr: Vr, value: *const Fmi2Integer, n: usize) -> S;
                 terramech_setProgress = set_progress(c: C, report: Option<ProgressReport>, env: *mut std::ffi::c_void) -> S;
+                terramech_setTeam = set_team(c: C, team: *const TeamTable) -> S;
+                terramech_serveTeam = serve_team(c: C) -> S;
             );
         }
     };
@@ -276,6 +278,47 @@ fn resource_folder(uri: &str) -> Result<PathBuf, String> {
     String::from_utf8(bytes)
         .map(PathBuf::from)
         .map_err(|_| format!("fmi2Instantiate: resource location '{uri}' is not UTF-8"))
+}
+
+/// The team of a table.
+struct HostTeam(TeamTable);
+
+// SAFETY: the table is used inside calls of its instance alone, which come from one thread at a time (the extension's contract).
+unsafe impl Send for HostTeam {}
+
+unsafe extern "C" fn deliver(receiver: *mut c_void, k: usize, bytes: *const u8, size: usize) {
+    // SAFETY: `HostTeam::round` hands over its list, which lives through the round.
+    let Some(into) = (unsafe { receiver.cast::<Vec<Vec<u8>>>().as_mut() }) else { return };
+    if let Some(message) = into.get_mut(k)
+        && size > 0
+    {
+        // SAFETY: so many bytes are there (the extension's contract).
+        message.extend_from_slice(unsafe { std::slice::from_raw_parts(bytes, size) });
+    }
+}
+
+impl crate::unit::Team for HostTeam {
+    fn index(&self) -> usize {
+        self.0.index
+    }
+
+    fn size(&self) -> usize {
+        self.0.size
+    }
+
+    fn round(&mut self, out: &[(usize, Vec<u8>)], from: &[usize]) -> Result<Vec<Vec<u8>>, crate::UnitError> {
+        let to: Vec<usize> = out.iter().map(|m| m.0).collect();
+        let bytes: Vec<*const u8> = out.iter().map(|m| m.1.as_ptr()).collect();
+        let sizes: Vec<usize> = out.iter().map(|m| m.1.len()).collect();
+        let mut came = vec![Vec::new(); from.len()];
+        let TeamTable { env, round, .. } = self.0;
+        let (n_in, receiver) = (from.len(), std::ptr::from_mut(&mut came).cast());
+        // SAFETY: the table is valid as long as the instance; the lists have the lengths that are told.
+        let status = unsafe {
+            round(env, out.len(), to.as_ptr(), bytes.as_ptr(), sizes.as_ptr(), n_in, from.as_ptr(), deliver, receiver)
+        };
+        if status == 0 { Ok(came) } else { Err(crate::UnitError::environment("the members of the team have lost each other")) }
+    }
 }
 
 macro_rules! exports {
@@ -497,6 +540,14 @@ exports! {
         }));
         Ok(())
     }
+    /// `terramech_setTeam`.
+    fn set_team("terramech_setTeam"; h, team: *const TeamTable) {
+        // SAFETY: the caller's promise.
+        let table = unsafe { slice("terramech_setTeam", "team", team, 1)? };
+        h.instance.set_team(Box::new(HostTeam(table[0])))
+    }
+    /// `terramech_serveTeam`.
+    fn serve_team("terramech_serveTeam"; h) { h.instance.serve_team() }
     /// `fmi2GetFMUstate`: overwrites the state `*state` points to, or makes one when it is null.
     fn get_fmu_state("fmi2GetFMUstate"; h, state: *mut Fmi2FmuState) {
         // SAFETY: the caller's promise.

@@ -97,4 +97,8 @@ functions! {
     SetIntegerArray = "terramech_setIntegerArray"(c: C, vr: Vr, value: *const Fmi2Integer, n: usize) -> S;
     /// Sets or (NULL) removes the progress report.
     SetProgress = "terramech_setProgress"(c: C, report: Option<ProgressReport>, env: *mut c_void) -> S;
+    /// Makes the instance a member of a team; after instantiation, before anything else.
+    SetTeam = "terramech_setTeam"(c: C, team: *const TeamTable) -> S;
+    /// A member other than the lead does what the lead asks, until the lead is freed.
+    ServeTeam = "terramech_serveTeam"(c: C) -> S;
 }

@@ -198,6 +198,31 @@ impl Instance {
         Ok(())
     }
 
+    /// `terramech_setTeam`.
+    ///
+    /// # Errors
+    /// Wrong mode, a member that the team does not have, a unit that cannot be spread.
+    pub fn set_team(&mut self, team: Box<dyn crate::unit::Team>) -> Call {
+        self.require("terramech_setTeam", &[Mode::Instantiated])?;
+        if team.index() >= team.size() {
+            let (index, size) = (team.index(), team.size());
+            return Err(Refused::error(format!("terramech_setTeam: member {index} of {size}; allowed: from 0 to size - 1")));
+        }
+        let r = self.unit.join(team);
+        self.take("terramech_setTeam", r)
+    }
+
+    /// `terramech_serveTeam`.
+    ///
+    /// # Errors
+    /// Wrong mode, a unit that is no member of a team, what failed.
+    pub fn serve_team(&mut self) -> Call {
+        self.require("terramech_serveTeam", &[Mode::Instantiated])?;
+        let r = self.unit.serve(&mut self.values, host!(self));
+        self.mode = Mode::Poisoned;
+        self.take("terramech_serveTeam", r)
+    }
+
     /// `fmi2EnterInitializationMode`.
     ///
     /// # Errors

@@ -54,6 +54,6 @@ pub mod values;
 pub mod variables;
 
 pub use model::Model;
-pub use unit::{Host, LogCategory, Stage, Step, Unit, UnitError};
-pub use values::Values;
+pub use unit::{Host, LogCategory, Stage, Step, Team, Unit, UnitError};
+pub use values::{Value, Values};
 pub use variables::{BooleanVar, IntegerArrayVar, IntegerVar, RealArrayVar, RealVar, StringVar, Table, Var};

@@ -23,6 +23,8 @@ pub struct Model {
     pub interpolates_inputs: bool,
     /// Share of the cores relative to other units, for the master's default (a granular terrain 100, a vehicle 1).
     pub weight: f64,
+    /// Whether its units can be spread over the members of a team ([`crate::Unit::join`]).
+    pub spreads: bool,
     /// `resources/specification.json`.
     pub default_specification: String,
     /// `resources/specification.schema.json`.
@@ -48,6 +50,7 @@ impl Model {
             default_stop: 1.0,
             interpolates_inputs: false,
             weight: 1.0,
+            spreads: false,
             default_specification: "{}".into(),
             schema: serde_json::json!({}),
             documentation: String::new(),

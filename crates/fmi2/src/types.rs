@@ -103,3 +103,34 @@ pub struct Fmi2CallbackFunctions {
 /// `terramech_setProgress`'s callback: `phase` names the work, `fraction` is in [0, 1] (negative: unknown). A
 /// non-zero answer asks the unit to stop cleanly.
 pub type ProgressReport = unsafe extern "C" fn(env: *mut c_void, phase: *const c_char, fraction: f64) -> c_int;
+
+/// Takes message `k` of a round; the bytes stay valid during the call.
+pub type TeamDeliver = unsafe extern "C" fn(receiver: *mut c_void, k: usize, bytes: *const u8, size: usize);
+
+/// One round of a team: hands over `n_out` messages and takes one from each of `n_in` members, each given to `deliver`. 0: done.
+pub type TeamRound = unsafe extern "C" fn(
+    env: *mut c_void,
+    n_out: usize,
+    to: *const usize,
+    bytes: *const *const u8,
+    sizes: *const usize,
+    n_in: usize,
+    from: *const usize,
+    deliver: TeamDeliver,
+    receiver: *mut c_void,
+) -> c_int;
+
+/// `terramech_setTeam`'s table: what the members of a unit that is spread over several processes do together. The functions are called from the thread inside a call of
+/// the unit alone. Table and environment stay valid until the instance is freed.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct TeamTable {
+    /// Handed back to the functions.
+    pub env: *mut c_void,
+    /// This member; 0 is the lead, which is stepped, the others serve it.
+    pub index: usize,
+    /// How many there are.
+    pub size: usize,
+    /// A round.
+    pub round: TeamRound,
+}

@@ -148,6 +148,19 @@ impl Host<'_> {
     }
 }
 
+/// The members of a unit that is spread over several processes, or over threads of one. All do the same in the same order.
+pub trait Team: Send {
+    /// This member; 0 is the lead.
+    fn index(&self) -> usize;
+    /// How many there are.
+    fn size(&self) -> usize;
+    /// Hands over messages by member and takes one from each member of `from`, in that order.
+    ///
+    /// # Errors
+    /// The members have lost each other.
+    fn round(&mut self, out: &[(usize, Vec<u8>)], from: &[usize]) -> Result<Vec<Vec<u8>>, UnitError>;
+}
+
 /// A communication step.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
@@ -188,6 +201,20 @@ pub trait Unit: Send {
     /// A start time the unit cannot take.
     fn setup(&mut self, _start: f64, _stop: Option<f64>) -> Result<(), UnitError> {
         Ok(())
+    }
+    /// Makes it a member of a team, before anything else. The lead (member 0) is called as any unit is; the others are asked to [`Unit::serve`].
+    ///
+    /// # Errors
+    /// The unit cannot be spread.
+    fn join(&mut self, _team: Box<dyn Team>) -> Result<(), UnitError> {
+        Err(UnitError::input("this unit cannot be spread over several processes"))
+    }
+    /// A member other than the lead: does what the lead asks, until that is dropped.
+    ///
+    /// # Errors
+    /// What failed; the lead has failed too.
+    fn serve(&mut self, _v: &mut Values, _host: &Host) -> Result<(), UnitError> {
+        Err(UnitError::input("this unit is no member of a team"))
     }
     /// Initialization mode begins.
     ///

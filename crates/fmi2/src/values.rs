@@ -5,12 +5,18 @@ use std::ops::{Index, IndexMut};
 
 /// One value.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(crate) enum Value {
+pub enum Value {
+    /// `fmi2Real`.
     Real(f64),
+    /// `fmi2Integer`.
     Integer(i32),
+    /// `fmi2Boolean`.
     Boolean(bool),
+    /// `fmi2String`.
     String(String),
+    /// Array of reals.
     RealArray(Vec<f64>),
+    /// Array of integers.
     IntegerArray(Vec<i32>),
 }
 
@@ -76,6 +82,38 @@ impl Values {
             self.reals[vr] = x;
         }
         self.values[vr] = value;
+    }
+
+    /// The values of some variables that differ from those in `known`, which they become: what a lead tells the members of its team.
+    pub fn changes(
+        &self,
+        of: impl IntoIterator<Item = u32>,
+        known: &mut std::collections::BTreeMap<u32, Value>,
+    ) -> Vec<(u32, Value)> {
+        let mut changes = Vec::new();
+        for vr in of {
+            let same = match (&self.values[vr as usize], known.get(&vr)) {
+                (Value::Real(_), Some(Value::Real(x))) => self.reals[vr as usize].to_bits() == x.to_bits(),
+                (value, Some(known)) => value == known,
+                (_, None) => false,
+            };
+            if !same {
+                let value = self.value(vr as usize);
+                known.insert(vr, value.clone());
+                changes.push((vr, value));
+            }
+        }
+        changes
+    }
+
+    /// Takes what [`Values::changes`] gave, of the same model; what is of another type is left out.
+    pub fn take_changes(&mut self, changes: Vec<(u32, Value)>) {
+        for (vr, value) in changes {
+            if self.values.get(vr as usize).is_some_and(|own| own.is_like(&value)) {
+                self.put_value(vr as usize, value);
+                self.changed[vr as usize] = true;
+            }
+        }
     }
 
     /// Why a variable can no longer be set, if so.

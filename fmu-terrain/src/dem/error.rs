@@ -96,9 +96,9 @@ pub enum DemError {
     /// The caller asked to stop.
     #[error("stopped on request during {0}")]
     Cancelled(&'static str),
-    /// Another member of the team has failed, and tells why.
-    #[error("another member of the team has failed")]
-    Elsewhere,
+    /// Another member of the team has failed.
+    #[error("{0}")]
+    Elsewhere(String),
     /// The members of the team have lost each other.
     #[error("the terrain's team is broken: {0}")]
     Team(String),

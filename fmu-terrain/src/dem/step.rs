@@ -273,8 +273,7 @@ impl CpuEngine {
     /// The lead has moved the obstacles: the others learn where they are.
     fn tell_obstacles(&mut self, bodies: &mut [Body]) -> Result<(), DemError> {
         let Some(spread) = &mut self.spread else { return Ok(()) };
-        let free: Vec<&mut super::FreeState> =
-            bodies.iter_mut().filter_map(|b| b.shape.as_free()).map(|f| &mut f.now).collect();
+        let free: Vec<&mut super::FreeBody> = bodies.iter_mut().filter_map(|b| b.shape.as_free()).collect();
         if free.is_empty() { Ok(()) } else { spread.same_obstacles(free) }
     }
 }

@@ -7,6 +7,7 @@ pub mod bed_file;
 pub mod bodies;
 pub mod outputs;
 mod platform;
+pub mod team;
 mod unit;
 
 pub use unit::{DemPUnit, GranularUnit};
@@ -26,6 +27,7 @@ pub fn model() -> Model {
     let make = move || -> Box<dyn terramech_fmi2::Unit> { Box::new(DemPUnit::new(vars.clone())) };
     let mut model = Model::new("terrain_dem_p", "Granular soil: spheres with penalty contacts", table, make);
     model.weight = 100.0;
+    model.spreads = true;
     model.default_specification = default_specification();
     model.schema = schemars::schema_for!(Terrain).to_value();
     model.documentation = DOCUMENTATION.into();

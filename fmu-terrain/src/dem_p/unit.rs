@@ -4,6 +4,7 @@ use super::bed_file::{self, BedFile};
 use super::bodies::{self, Kind, Slot};
 use super::outputs;
 use super::platform;
+use super::team::{Crew, Lead, Order};
 use crate::config::dem_p::FIRST_OBSTACLE;
 use crate::config::{BODIES, Terrain};
 use crate::dem::grains::R;
@@ -12,7 +13,7 @@ use crate::error::unit_error;
 use crate::soil_engine::{SoilEngine, odd_adhesion};
 use crate::variables::Variables;
 use serde::{Deserialize, Serialize};
-use terramech_fmi2::{Host, LogCategory, Stage, Step, Unit, UnitError, Values, Var, specification, state};
+use terramech_fmi2::{Host, LogCategory, Stage, Step, Team, Unit, UnitError, Values, Var, specification, state};
 
 /// Granular soil.
 ///
@@ -32,6 +33,8 @@ pub struct GranularUnit<E: SoilEngine> {
     told_outside: [bool; BODIES],
     /// The log has been told that a solve did not reach its tolerance.
     told_unconverged: bool,
+    /// The other members, where it is spread over several processes.
+    lead: Lead,
 }
 
 /// The unit of the model `terrain_dem_p`.
@@ -94,6 +97,7 @@ impl<E: SoilEngine> GranularUnit<E> {
             longest: 0.0,
             told_outside: [false; BODIES],
             told_unconverged: false,
+            lead: Lead::default(),
         }
     }
 
@@ -167,13 +171,14 @@ impl<E: SoilEngine> GranularUnit<E> {
     }
 
     /// Writes the bed as it is, unless the path is empty. Its height stays that of the settled bed, from which sinkage counts.
-    fn write_bed(&self, path: &str, host: &Host) -> Result<(), UnitError> {
-        let (Some(engine), Some(report), false) = (&self.engine, self.own.report, path.is_empty()) else {
-            return Ok(());
-        };
+    fn write_bed(&mut self, path: &str, host: &Host) -> Result<(), UnitError> {
+        let (Some(report), false) = (self.own.report, path.is_empty()) else { return Ok(()) };
+        self.gather()?;
+        let Some(engine) = &self.engine else { return Ok(()) };
         let specification = self.own.specification.clone();
         let own = state::to_bytes(&engine.own())?;
-        let (engine, state) = (E::NAME.to_string(), engine.state().clone());
+        let state = self.lead.whole.clone().unwrap_or_else(|| engine.state().clone());
+        let engine = E::NAME.to_string();
         bed_file::write(path, &BedFile { specification, report, engine, own, state })?;
         host.log(LogCategory::Info, &format!("bed written to {path}"));
         Ok(())
@@ -266,14 +271,103 @@ impl<E: SoilEngine> GranularUnit<E> {
         Ok(())
     }
 
+    /// What the other members know of this one's inputs: its bodies, the slope, threads of their own.
+    fn inputs(&self) -> Vec<u32> {
+        let mut all = vec![self.vars.slope.vr()];
+        for body in &self.vars.body {
+            all.push(body.shape.vr());
+            all.extend([body.position.vr(), body.velocity.vr(), body.triangle.vr(), body.radius.vr(), body.width.vr()]);
+            let s = &body.state;
+            all.extend(s.position.iter().chain(&s.orientation).chain(&s.velocity).chain(&s.angular_velocity).map(|x| x.vr()));
+        }
+        all
+    }
+
+    /// The lead hands their parts of the bed to the members.
+    fn spread_out(&mut self, v: &mut Values) -> Result<(), UnitError> {
+        let Some(crew) = self.lead.crew.clone().filter(Crew::is_lead) else { return Ok(()) };
+        let unit = self.save()?;
+        self.lead.known.clear();
+        let values = v.changes(self.inputs(), &mut self.lead.known);
+        crew.ask(&Order::Open { unit, values })?;
+        crew.answers()?;
+        crew.ask(&Order::Part)?;
+        self.take_part(v, &crew)?;
+        self.lead.open = true;
+        Ok(())
+    }
+
+    /// Takes this member's part of the bed that all have whole.
+    fn take_part(&mut self, v: &Values, crew: &Crew) -> Result<(), UnitError> {
+        let (Some(engine), Some(spec)) = (&self.engine, &self.spec) else { return Ok(()) };
+        let spec = on_slope(spec.clone(), v[self.vars.slope]);
+        let threads = v[self.vars.common.threads].max(1) as usize;
+        let links = Box::new(crew.clone());
+        let part = E::spread(&spec, &self.own.surfaces, engine.state(), links, threads);
+        self.engine = Some(part.map_err(|e| unit_error(e, false))?);
+        Ok(())
+    }
+
+    /// Makes the whole state of a spread bed known here.
+    fn gather(&mut self) -> Result<(), UnitError> {
+        if let (Some(crew), None, Some(engine)) = (self.lead.members(), &self.lead.whole, &mut self.engine) {
+            crew.ask(&Order::Gather)?;
+            self.lead.whole = engine.whole().map_err(|e| unit_error(e, true))?;
+        }
+        Ok(())
+    }
+
+    /// What a member other than the lead does for an order.
+    fn obey(&mut self, order: Order, v: &mut Values, crew: &Crew) -> Result<(), UnitError> {
+        match order {
+            Order::End => {}
+            Order::Open { unit, values } => {
+                v.take_changes(values);
+                let restored = self.restore(v, &unit);
+                crew.answer(&restored)?;
+                restored?;
+            }
+            Order::Part => self.take_part(v, crew)?,
+            Order::Step { count, step, values, centres } => {
+                v.take_changes(values);
+                self.place_bodies(v)?;
+                for (slot, given) in self.own.slots.iter_mut().zip(centres) {
+                    slot.centre_given = given;
+                }
+                self.bodies.iter_mut().for_each(Body::clear);
+                let Some(engine) = &mut self.engine else { return Err(UnitError::state("stepped before it has a part")) };
+                engine
+                    .change_step(step)
+                    .and_then(|()| engine.advance(count, &mut self.bodies))
+                    .map_err(|e| unit_error(e, true))?;
+            }
+            Order::Heat => {
+                self.engine.as_ref().map(|e| e.heat(&self.bodies));
+            }
+            Order::Gather => {
+                if let Some(engine) = &mut self.engine {
+                    engine.whole().map_err(|e| unit_error(e, true))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn on_demand(&mut self, v: &mut Values, host: &Host, vr: u32) -> Result<(), UnitError> {
         self.bed(v, host)?;
         if vr >= self.vars.obstacle.position.vr() && vr <= self.vars.obstacle.mesh_triangle.vr() {
             outputs::obstacles(v, &self.vars.obstacle, &mut self.bodies);
             return Ok(());
         }
+        let vars = &self.vars;
+        let sums = [vars.dissipated_energy.vr(), vars.body_work.vr()];
+        if !sums.contains(&vr) {
+            self.gather()?;
+        } else if let (Some(crew), true) = (self.lead.members(), vr == vars.dissipated_energy.vr()) {
+            crew.ask(&Order::Heat)?;
+        }
         let (Some(engine), Some(spec)) = (&self.engine, &self.spec) else { return Ok(()) };
-        let (vars, state) = (&self.vars, engine.state());
+        let (vars, state) = (&self.vars, self.lead.whole.as_ref().unwrap_or_else(|| engine.state()));
         let grain = [vars.grain_position, vars.grain_velocity, vars.grain_radius, vars.grain_force];
         if vr == vars.grain_id.vr() || grain.iter().any(|g| g.vr() == vr) {
             outputs::grain(v, vars, state, spec, vr);
@@ -342,7 +436,8 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
         }
         v.lock([self.vars.slope.vr()], "gravity has been turned by it");
         // Faults of meshes that are there already are told now.
-        self.place_bodies(v)
+        self.place_bodies(v)?;
+        self.spread_out(v)
     }
 
     fn step(&mut self, v: &mut Values, host: &Host, step: Step) -> Result<(), UnitError> {
@@ -358,6 +453,13 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
         }
         self.bodies.iter_mut().for_each(Body::clear);
         self.bed(v, host)?;
+        if self.lead.members().is_some() {
+            self.lead.whole = None;
+            let values = v.changes(self.inputs(), &mut self.lead.known);
+            let centres = self.own.slots.iter().map(|s| s.centre_given).collect();
+            let order = Order::Step { count: count as u32, step: step.size / count, values, centres };
+            self.lead.members().map_or(Ok(()), |crew| crew.ask(&order))?;
+        }
         let Some(engine) = &mut self.engine else { return Ok(()) };
         engine
             .change_step(step.size / count)
@@ -374,7 +476,9 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
             bodies::publish(v, vars, body, step.size);
         }
         // A box that follows its bodies takes grains away and lays new ones.
-        v[self.vars.grain_count] = i32::try_from(engine.state().rows.len()).unwrap_or(i32::MAX);
+        if !self.lead.open {
+            v[self.vars.grain_count] = i32::try_from(engine.state().rows.len()).unwrap_or(i32::MAX);
+        }
         v[self.vars.inner_steps] = count.min(f64::from(i32::MAX)) as i32;
         if let (Some(report), Some(vars)) = (engine.solver(), self.vars.solver) {
             v[vars.iterations] = i32::try_from(report.iterations).unwrap_or(i32::MAX);
@@ -398,16 +502,40 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
         Ok(())
     }
 
+    fn join(&mut self, team: Box<dyn Team>) -> Result<(), UnitError> {
+        if E::NAME != CpuEngine::NAME {
+            return Err(UnitError::input("this kind of ground cannot be spread over several processes"));
+        }
+        self.lead.crew = Some(Crew::new(team));
+        Ok(())
+    }
+
+    fn serve(&mut self, v: &mut Values, _: &Host) -> Result<(), UnitError> {
+        let crew = self.lead.crew.clone().filter(|c| !c.is_lead());
+        let Some(crew) = crew else { return Err(UnitError::input("the lead of a team, or a unit alone, serves nobody")) };
+        let mut done = Ok(());
+        loop {
+            match crew.hear()? {
+                Order::End => return done,
+                // Where it has failed so has the lead, which will end it.
+                order if done.is_ok() => done = self.obey(order, v, &crew),
+                _ => {}
+            }
+        }
+    }
+
     fn terminate(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
-        self.write_bed(v.string(self.vars.bed_save_end), host)
+        let path = v.string(self.vars.bed_save_end).to_owned();
+        self.write_bed(&path, host)
     }
 
     fn save(&mut self) -> Result<Vec<u8>, UnitError> {
         self.own.obstacles = self.bodies.iter_mut().filter_map(|b| b.shape.as_free()).map(|f| f.now.clone()).collect();
+        self.gather()?;
         let engine = self.engine.as_ref();
         state::to_bytes(&Save {
             own: &self.own,
-            state: engine.map(|e| e.state()),
+            state: self.lead.whole.as_ref().or(engine.map(|e| e.state())),
             engine: engine.map(E::own).unwrap_or_default(),
         })
     }
@@ -436,6 +564,8 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
                 // Faultless when it was saved.
                 if !self.own.surfaces.is_empty() {
                     self.place_bodies(v)?;
+                    (self.lead.open, self.lead.whole) = (false, None);
+                    self.spread_out(v)?;
                 }
             }
         }

@@ -51,6 +51,8 @@ pub struct ModelDescription {
     pub is_ours: bool,
     /// Share of the cores relative to other units, from our annotation (1 where nothing is said).
     pub weight: f64,
+    /// Whether its units can be spread over several processes (our annotation `Team`).
+    pub spreads: bool,
     /// `ModelStructure/InitialUnknowns`: scalar -> what its initial value depends on.
     #[serde(skip)]
     pub initial_unknowns: HashMap<usize, Dependencies>,

@@ -40,6 +40,7 @@ pub fn read(bytes: &[u8], file: &Path, faults: &mut Faults) -> Option<ModelDescr
         co_simulation: co_simulation(root, faults),
         default_experiment: root.child("DefaultExperiment").map(|e| default_experiment(e, faults)).unwrap_or_default(),
         weight: 1.0,
+        spreads: false,
         ..Default::default()
     };
     if let Some(list) = root.child("LogCategories") {
@@ -65,6 +66,7 @@ pub fn read(bytes: &[u8], file: &Path, faults: &mut Faults) -> Option<ModelDescr
                 let read = |text: &str| text.parse().ok().filter(|w: &f64| w.is_finite() && *w > 0.0);
                 model.weight = weight.parsed("value", allowed, faults, read).unwrap_or(1.0);
             }
+            model.spreads |= list.child("Team").is_some();
             variables::read_arrays(list, &names, &mut model, faults);
         }
     }

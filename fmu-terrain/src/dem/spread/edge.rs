@@ -4,7 +4,7 @@ use super::{Spread, pack, unpack};
 use crate::dem::body::BodyLoad;
 use crate::dem::error::DemError;
 use crate::dem::grains::Row;
-use crate::dem::obstacle::FreeState;
+use crate::dem::obstacle::{FreeBody, FreeState};
 use crate::dem::vec3::Vec3;
 use terramech_simd::Force;
 
@@ -108,17 +108,17 @@ impl Spread {
     }
 
     /// Obstacles as the lead has them, on all.
-    pub(in crate::dem) fn same_obstacles(&mut self, free: Vec<&mut FreeState>) -> Result<(), DemError> {
+    pub(in crate::dem) fn same_obstacles(&mut self, free: Vec<&mut FreeBody>) -> Result<(), DemError> {
         let others: Vec<usize> = (1..self.size).collect();
         if self.is_lead() {
-            let now: Vec<&FreeState> = free.into_iter().map(|f| &*f).collect();
+            let now: Vec<&FreeState> = free.iter().map(|f| &f.now).collect();
             let bytes = pack(&now)?;
             self.links().round(others.iter().map(|m| (*m, bytes.clone())).collect(), &[])?;
             return Ok(());
         }
         let came = self.links().round(Vec::new(), &[0])?;
         let now: Vec<FreeState> = unpack(came.first().ok_or_else(broken)?)?;
-        free.into_iter().zip(now).for_each(|(mine, theirs)| *mine = theirs);
+        free.into_iter().zip(now).for_each(|(mine, theirs)| mine.restore(theirs));
         Ok(())
     }
 }

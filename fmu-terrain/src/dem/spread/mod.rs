@@ -117,9 +117,12 @@ impl Spread {
 
     /// All members, or the first of their errors.
     fn agree(&mut self, mine: Result<(), DemError>) -> Result<(), DemError> {
-        let failed = self.links().any(mine.is_err())?;
+        if !self.links().any(mine.is_err())? {
+            return Ok(());
+        }
+        let told: Vec<Option<String>> = self.share(&mine.as_ref().err().map(ToString::to_string))?;
         mine?;
-        if failed { Err(DemError::Elsewhere) } else { Ok(()) }
+        Err(DemError::Elsewhere(told.into_iter().flatten().next().unwrap_or_default()))
     }
 
     /// Lists of all members one behind the other. It is asked between steps, when nobody else uses the links.

@@ -1,0 +1,153 @@
+//! A terrain over several processes: the lead is the unit that its environment knows; the other members do what it asks.
+//!
+//! The lead makes the bed and takes its bodies as a unit alone does. When it is about to step it hands its whole state and the inputs of its bodies to the members, each takes its part
+//! of the grains, and from then on they step together ([`crate::dem::spread`](mod@crate::dem::spread)). Before each step the lead tells what of its inputs has changed. What somebody wants to see of the
+//! whole bed is gathered when it is asked for. A saved state is that of the whole, so that it goes on with any number of members, or with none.
+
+use crate::dem::DemError;
+use crate::dem::spread::{Links, Message};
+use crate::dem::DemState;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use terramech_fmi2::{Team, UnitError, Value, state};
+
+/// What the lead asks the others for.
+#[derive(Serialize, Deserialize)]
+pub enum Order {
+    /// To become this saved unit, with these values of its variables, and to tell how that went.
+    Open {
+        /// As [`terramech_fmi2::Unit::save`] gives it.
+        unit: Vec<u8>,
+        /// By value reference.
+        values: Vec<(u32, Value)>,
+    },
+    /// To take their part of the bed.
+    Part,
+    /// To step so often with this inner step (s), after these values have changed.
+    Step {
+        /// Inner steps.
+        count: u32,
+        /// Length of one (s).
+        step: f64,
+        /// By value reference.
+        values: Vec<(u32, Value)>,
+        /// Of which bodies the centre is given.
+        centres: Vec<bool>,
+    },
+    /// To sum energies.
+    Heat,
+    /// To give their part of the state.
+    Gather,
+    /// To end.
+    End,
+}
+
+/// A team that the unit and its engine use in turn.
+#[derive(Clone)]
+pub struct Crew {
+    team: Arc<Mutex<Box<dyn Team>>>,
+    index: usize,
+    size: usize,
+}
+
+impl Crew {
+    /// Of a team.
+    pub fn new(team: Box<dyn Team>) -> Self {
+        let (index, size) = (team.index(), team.size());
+        Self { team: Arc::new(Mutex::new(team)), index, size }
+    }
+
+    /// Whether this member is the lead.
+    pub fn is_lead(&self) -> bool {
+        self.index == 0
+    }
+
+    /// Asks all others.
+    ///
+    /// # Errors
+    /// The team is broken.
+    pub fn ask(&self, order: &Order) -> Result<(), UnitError> {
+        let bytes = state::to_bytes(order)?;
+        let out: Vec<Message> = (1..self.size).map(|m| (m, bytes.clone())).collect();
+        self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&out, &[]).map(drop)
+    }
+
+    /// Tells the lead how something went.
+    ///
+    /// # Errors
+    /// The team is broken.
+    pub fn answer(&self, result: &Result<(), UnitError>) -> Result<(), UnitError> {
+        let told = state::to_bytes(&result.as_ref().err().map(ToString::to_string))?;
+        self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&[(0, told)], &[]).map(drop)
+    }
+
+    /// How something went for all others.
+    ///
+    /// # Errors
+    /// What a member has told, or that the team is broken.
+    pub fn answers(&self) -> Result<(), UnitError> {
+        let others: Vec<usize> = (1..self.size).collect();
+        let came = self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&[], &others)?;
+        for (member, bytes) in others.into_iter().zip(came) {
+            if let Some(text) = state::from_bytes::<Option<String>>(&bytes)? {
+                return Err(UnitError::environment(format!("member {member} of the terrain's team: {text}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// What the lead asks for next.
+    ///
+    /// # Errors
+    /// The team is broken.
+    pub fn hear(&self) -> Result<Order, UnitError> {
+        let came = self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&[], &[0])?;
+        state::from_bytes(came.first().map_or(&[], |bytes| bytes))
+    }
+}
+
+impl Links for Crew {
+    fn index(&self) -> usize {
+        self.index
+    }
+
+    fn size(&self) -> usize {
+        self.size
+    }
+
+    fn round(&mut self, out: Vec<Message>, from: &[usize]) -> Result<Vec<Vec<u8>>, DemError> {
+        let mut team = self.team.lock().unwrap_or_else(PoisonError::into_inner);
+        team.round(&out, from).map_err(|e| DemError::Team(e.to_string()))
+    }
+}
+
+/// What a lead remembers of its team.
+#[derive(Default)]
+pub struct Lead {
+    /// The members, if it has any.
+    pub crew: Option<Crew>,
+    /// Whether they have their parts.
+    pub open: bool,
+    /// Values that they know.
+    pub known: BTreeMap<u32, Value>,
+    /// The whole state where nothing has stepped since.
+    pub whole: Option<DemState>,
+}
+
+impl Lead {
+    /// The members, once they have their parts.
+    pub fn members(&self) -> Option<&Crew> {
+        self.crew.as_ref().filter(|crew| self.open && crew.is_lead())
+    }
+}
+
+impl Drop for Lead {
+    /// Whatever ends the lead ends the others.
+    fn drop(&mut self) {
+        if let Some(crew) = self.crew.as_ref().filter(|c| c.is_lead()) {
+            // Those who have gone need not be told.
+            let _ = crew.ask(&Order::End);
+        }
+    }
+}
