@@ -9,8 +9,8 @@ use std::sync::Arc;
 use support::{Bench, Part, part};
 use terramech::check;
 use terramech::checkpoint::{self, How};
-use terramech::run::{self, Checkpoints, Display, End, Options, Outcome, Stop};
-use terramech::world::threads;
+use terramech::run::{self, Checkpoints, Display, End, Options, Outcome, Placed, Stop};
+use terramech::world::{Ranks, World, threads};
 
 /// What differs from run to run.
 #[derive(Clone, Default)]
@@ -45,6 +45,10 @@ fn options(bench: &Bench, out: &str, way: &Way<'_>) -> (check::Options, Options)
     (checks, options)
 }
 
+fn placed(world: Box<dyn World>, owner: &[usize]) -> Placed {
+    Placed { world, ranks: owner.iter().map(|r| Ranks::one(*r as u32)).collect() }
+}
+
 /// Runs on ranks: `owner` says which unit is on which.
 fn on(bench: &Bench, size: usize, owner: &[usize], out: &str, way: &Way<'_>) -> Outcome {
     let ranks: Vec<_> = threads(size)
@@ -58,7 +62,7 @@ fn on(bench: &Bench, size: usize, owner: &[usize], out: &str, way: &Way<'_>) -> 
                 stop.ask();
             }
             std::thread::spawn(move || {
-                let placed = (world as _, owner);
+                let placed = placed(world, &owner);
                 if rank == 0 {
                     return Some(run::run_on(plan, &options, Display::quiet(), &stop, Some(placed)).unwrap());
                 }
@@ -244,8 +248,8 @@ fn a_failure_before_the_first_step_leaves_nothing_and_nobody_waits() {
     let (zero, one) = (worlds.next().unwrap(), worlds.next().unwrap());
     let plan = || check::plan(&bench.file, &checks).unwrap();
     let (plan_zero, plan_one, settings) = (plan(), plan(), options.clone());
-    let server = std::thread::spawn(move || run::serve(plan_one, &settings, &Stop::new(), (one as _, vec![1; 6])));
-    let failed = run::run_on(plan_zero, &options, Display::quiet(), &Stop::new(), Some((zero as _, vec![1; 6])));
+    let server = std::thread::spawn(move || run::serve(plan_one, &settings, &Stop::new(), placed(one, &[1; 6])));
+    let failed = run::run_on(plan_zero, &options, Display::quiet(), &Stop::new(), Some(placed(zero, &[1; 6])));
     assert!(failed.is_err());
     assert!(server.join().unwrap().is_err());
     // A unit that refuses its parameters, on another rank.

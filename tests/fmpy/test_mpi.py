@@ -59,10 +59,13 @@ def test_any_number_of_ranks_gives_the_same_bits(tmp_path, beds, which, system, 
         done = mpirun(ranks, *args, "--out", tmp_path / f"on{ranks}")
         assert done.returncode == 0, done.stderr
         same(tmp_path / "alone", tmp_path / f"on{ranks}")
-    # Placed by hand, the wheel's terrain away from rank 0.
-    done = mpirun(3, *args, "--out", tmp_path / "placed", "--place", "t*=2", "--place-by", tmp_path / "alone/manifest.json")
-    assert done.returncode == 0, done.stderr
-    same(tmp_path / "alone", tmp_path / "placed")
+    # Placed by hand, the terrain away from rank 0; and the terrain over several ranks.
+    for ranks, places in [(3, ["t*=2"]), (2, ["terrain=0..1"]), (4, ["terrain=1..3"])]:
+        out = tmp_path / f"placed{ranks}"
+        orders = [word for place in places for word in ("--place", place)]
+        done = mpirun(ranks, *args, "--out", out, *orders, "--place-by", tmp_path / "alone/manifest.json")
+        assert done.returncode == 0, done.stderr
+        same(tmp_path / "alone", out)
 
 
 def children(pid):
@@ -83,7 +86,7 @@ def test_a_rank_that_dies_leaves_its_last_checkpoint(tmp_path, beds):
     done = mpirun(1, *args, "--out", tmp_path / "whole")
     assert done.returncode == 0, done.stderr
     out = tmp_path / "pieces"
-    words, environment = job(3, *args, "--out", out, "--checkpoint-every", "0.002")
+    words, environment = job(4, *args, "--out", out, "--checkpoint-every", "0.002", "--place", "terrain=2..3")
     process = subprocess.Popen(words, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     deadline = time.time() + 120
     while len(list(out.glob("checkpoint/*.tmc"))) < 2:
@@ -94,14 +97,16 @@ def test_a_rank_that_dies_leaves_its_last_checkpoint(tmp_path, beds):
     _, told = process.communicate(timeout=60)
     assert process.returncode != 0, told
     assert not (out / "summary.json").exists()
-    # On another number of ranks.
-    done = mpirun(2, "run", "--resume", out, "--quiet")
+    # On another number of ranks, and the terrain on another number.
+    done = mpirun(3, "run", "--resume", out, "--quiet", "--place", "terrain=0..2", "--place", "t*e=0", "--place", "rig=0")
     assert done.returncode == 0, done.stderr
     same(tmp_path / "whole", out)
 
 
 def test_wrong_places_and_programs_are_told_before_anything_runs(tmp_path, beds):
     args = ["run", SINGLE, "--fmu-path", FMUS, "--quiet", "--stop-time", "0.01", "--out", tmp_path / "out"]
+    done = mpirun(2, *args, "--place", "terrain=0..1", "--place", "tire=1")
+    assert done.returncode == 1 and "unit terrain is not spread over" in done.stderr, done.stderr
     done = mpirun(2, *args, "--place", "tire=7", "--place", "rg=0", "--place", "rig=0..1")
     assert done.returncode == 1
     for part in ['rank="7"', "0 to 1", 'no component "rg"', "terramech_setTeam", "3 faults"]:

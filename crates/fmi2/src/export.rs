@@ -317,7 +317,11 @@ impl crate::unit::Team for HostTeam {
         let status = unsafe {
             round(env, out.len(), to.as_ptr(), bytes.as_ptr(), sizes.as_ptr(), n_in, from.as_ptr(), deliver, receiver)
         };
-        if status == 0 { Ok(came) } else { Err(crate::UnitError::environment("the members of the team have lost each other")) }
+        if status == 0 {
+            Ok(came)
+        } else {
+            Err(crate::UnitError::environment("the members of the team have lost each other"))
+        }
     }
 }
 

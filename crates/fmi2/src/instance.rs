@@ -206,7 +206,9 @@ impl Instance {
         self.require("terramech_setTeam", &[Mode::Instantiated])?;
         if team.index() >= team.size() {
             let (index, size) = (team.index(), team.size());
-            return Err(Refused::error(format!("terramech_setTeam: member {index} of {size}; allowed: from 0 to size - 1")));
+            return Err(Refused::error(format!(
+                "terramech_setTeam: member {index} of {size}; allowed: from 0 to size - 1"
+            )));
         }
         let r = self.unit.join(team);
         self.take("terramech_setTeam", r)

@@ -5,8 +5,8 @@
 //! whole bed is gathered when it is asked for. A saved state is that of the whole, so that it goes on with any number of members, or with none.
 
 use crate::dem::DemError;
-use crate::dem::spread::{Links, Message};
 use crate::dem::DemState;
+use crate::dem::spread::{Links, Message};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};

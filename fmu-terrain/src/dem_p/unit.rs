@@ -278,7 +278,9 @@ impl<E: SoilEngine> GranularUnit<E> {
             all.push(body.shape.vr());
             all.extend([body.position.vr(), body.velocity.vr(), body.triangle.vr(), body.radius.vr(), body.width.vr()]);
             let s = &body.state;
-            all.extend(s.position.iter().chain(&s.orientation).chain(&s.velocity).chain(&s.angular_velocity).map(|x| x.vr()));
+            all.extend(
+                s.position.iter().chain(&s.orientation).chain(&s.velocity).chain(&s.angular_velocity).map(|x| x.vr()),
+            );
         }
         all
     }
@@ -335,7 +337,9 @@ impl<E: SoilEngine> GranularUnit<E> {
                     slot.centre_given = given;
                 }
                 self.bodies.iter_mut().for_each(Body::clear);
-                let Some(engine) = &mut self.engine else { return Err(UnitError::state("stepped before it has a part")) };
+                let Some(engine) = &mut self.engine else {
+                    return Err(UnitError::state("stepped before it has a part"));
+                };
                 engine
                     .change_step(step)
                     .and_then(|()| engine.advance(count, &mut self.bodies))
@@ -512,7 +516,9 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
 
     fn serve(&mut self, v: &mut Values, _: &Host) -> Result<(), UnitError> {
         let crew = self.lead.crew.clone().filter(|c| !c.is_lead());
-        let Some(crew) = crew else { return Err(UnitError::input("the lead of a team, or a unit alone, serves nobody")) };
+        let Some(crew) = crew else {
+            return Err(UnitError::input("the lead of a team, or a unit alone, serves nobody"));
+        };
         let mut done = Ok(());
         loop {
             match crew.hear()? {

@@ -12,8 +12,8 @@ use super::commands::{how, plan, told};
 use crate::check::plan::Plan;
 use crate::checkpoint::{self, Checkpoint, How, fingerprint};
 use crate::description::algorithm::Scheme;
-use crate::run::{self, Checkpoints, Display, ExitCode, Options, Stop};
-use crate::world::{self, Card, Place, Placer, World};
+use crate::run::{self, Checkpoints, Display, ExitCode, Options, Placed, Stop};
+use crate::world::{self, Card, Place, Placer, Ranks, World};
 
 /// What a person is told, and the exit code.
 type Told = (String, ExitCode);
@@ -58,10 +58,10 @@ fn together(args: &Run, words: &[OsString], mut world: Box<dyn World>) -> ExitCo
         .map_err(|text| (text, ExitCode::Input))
         .and_then(|orders| Ok((prepare(args, words, world.neighbours())?, orders)))
         .and_then(|(ready, orders)| {
-            let owner = owners(&ready.plan, &orders, args.place_by.as_deref(), size)?;
-            Ok((ready, owner))
+            let ranks = places(&ready.plan, &orders, args.place_by.as_deref(), size)?;
+            Ok((ready, ranks))
         });
-    let identity = prepared.as_ref().map(|(ready, owner)| ready.identity(owner)).map_err(Clone::clone);
+    let identity = prepared.as_ref().map(|(ready, ranks)| ready.identity(ranks)).map_err(Clone::clone);
     match world::meet(world.as_mut(), &Card::of(&identity)) {
         Ok(isa) => {
             if terramech_simd::Isa::chosen().is_ok_and(|chosen| chosen != isa) {
@@ -76,20 +76,21 @@ fn together(args: &Run, words: &[OsString], mut world: Box<dyn World>) -> ExitCo
             return if rank == 0 { code } else { ExitCode::Done };
         }
     }
-    let Ok((ready, owner)) = prepared else { return ExitCode::Environment };
+    let Ok((ready, ranks)) = prepared else { return ExitCode::Environment };
     let Ready { plan, options, remarks } = ready;
     let stop = stop(rank);
     if rank != 0 {
         // What fails here is told by rank 0, which has learnt it.
-        let _ = run::serve(plan, &options, &stop, (world, owner));
+        let _ = run::serve(plan, &options, &stop, Placed { world, ranks });
         return ExitCode::Done;
     }
     remarks.iter().for_each(|remark| eprintln!("{remark}"));
-    let idle: Vec<String> = (0..size).filter(|r| !owner.contains(r)).map(|r| r.to_string()).collect();
+    let idle: Vec<String> =
+        (0..size).filter(|r| !ranks.iter().any(|all| all.all().any(|one| one == *r))).map(|r| r.to_string()).collect();
     if !idle.is_empty() {
-        eprintln!("note: {size} ranks for {} units: nothing to do for rank {}", owner.len(), idle.join(", "));
+        eprintln!("note: {size} ranks for {} units: nothing to do for rank {}", ranks.len(), idle.join(", "));
     }
-    finish(args, run::run_on(plan, &options, display(args), &stop, Some((world, owner))))
+    finish(args, run::run_on(plan, &options, display(args), &stop, Some(Placed { world, ranks })))
 }
 
 /// What a run needs, read and checked.
@@ -101,10 +102,10 @@ struct Ready {
 
 impl Ready {
     /// What must be the same on all ranks.
-    fn identity(&self, owner: &[usize]) -> Vec<(String, String)> {
+    fn identity(&self, ranks: &[Ranks]) -> Vec<(String, String)> {
         let mut parts = fingerprint(&self.plan);
         parts.push(("steps".into(), self.plan.clock.steps.to_string()));
-        parts.push(("ranks of the units".into(), format!("{owner:?}")));
+        parts.push(("ranks of the units".into(), format!("{ranks:?}")));
         if let Some(from) = &self.options.checkpoints.from {
             parts.push(("checkpoint".into(), from.header.tick.to_string()));
         }
@@ -170,8 +171,8 @@ fn orders(args: &Run) -> Result<Vec<Place>, String> {
     if faults.is_empty() { Ok(orders) } else { Err(faults.join("\n")) }
 }
 
-/// The rank of each unit.
-fn owners(plan: &Plan, orders: &[Place], earlier: Option<&Path>, size: usize) -> Result<Vec<usize>, Told> {
+/// The ranks of each unit.
+fn places(plan: &Plan, orders: &[Place], earlier: Option<&Path>, size: usize) -> Result<Vec<Ranks>, Told> {
     if plan.algorithm.scheme != Scheme::Jacobi || plan.algorithm.resolve_feed_through {
         let given = plan.algorithm.scheme.name();
         let more = if plan.algorithm.resolve_feed_through { " with resolved feed-through" } else { "" };
@@ -201,11 +202,10 @@ fn owners(plan: &Plan, orders: &[Place], earlier: Option<&Path>, size: usize) ->
             ranks: c.ranks,
             written: &c.place,
             weight: weight(index),
-            spreads: false,
+            spreads: plan.model(index).spreads,
         })
         .collect();
-    let ranks = world::place(&placers, orders, size).map_err(|faults| told(&faults))?;
-    Ok(ranks.iter().map(|r| r.first as usize).collect())
+    world::place(&placers, orders, size).map_err(|faults| told(&faults))
 }
 
 fn stop(rank: usize) -> Stop {

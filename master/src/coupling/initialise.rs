@@ -1,7 +1,9 @@
 //! From a plan to running units: loading, parameters, initialisation mode.
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::PathBuf;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -12,8 +14,10 @@ use super::share::share_threads;
 use super::system::{drive, finite};
 use super::{Failure, Moment, System};
 use crate::check::plan::Plan;
-use crate::loading::{Environment, Instance, Library, Made, Sets};
+use crate::exit::code_of_failure;
+use crate::loading::{Environment, Instance, Library, Made, Sets, Shared, Team};
 use crate::model_description::{Causality, Kind, Value};
+use crate::world::{Ranks, World};
 
 /// Loads the libraries, makes the instances and sets their parameters: what a run does before initialisation mode.
 ///
@@ -32,6 +36,9 @@ pub fn assemble(
     let made = make(&plan, budget, logging, environment, job.as_deref());
     if let Some(mut job) = job {
         let names: Vec<String> = plan.components.iter().map(|c| c.name.clone()).collect();
+        // Who serves a unit that is led here must be there.
+        let served = job.served();
+        let made = made.and_then(|made| served.map(|()| made));
         let (made, result) = match made {
             Ok(made) => (Some(made), Ok(())),
             Err(failure) => (None, Err(failure)),
@@ -40,10 +47,43 @@ pub fn assemble(
         let Some((members, threads, pool)) = made else {
             return Err(Failure::Environment("the ranks agree on units that were not made".into()));
         };
+        job.begin_teams(true)?;
         return Ok(System::new(plan, members, threads, pool, Some(job)));
     }
     let (members, threads, pool) = made?;
     Ok(System::new(plan, members, threads, pool, None))
+}
+
+/// A rank that serves the lead of a unit, from the beginning to the end of a run.
+///
+/// # Errors
+/// The unit cannot be made here, which the lead tells, or has failed in its service, which ends the lead too.
+pub fn serve_lead(
+    plan: &Plan,
+    unit: usize,
+    threads: usize,
+    environment: &Arc<dyn Environment>,
+    world: Box<dyn World>,
+    ranks: Ranks,
+) -> Result<(), Failure> {
+    let world: Shared = Rc::new(RefCell::new(world));
+    let team = Team::new(Rc::clone(&world), ranks.all().collect());
+    let threads = u32::try_from(threads.max(1)).unwrap_or(u32::MAX);
+    let made = member(plan, unit, threads, true, &mut Libraries::default(), environment).and_then(|mut made| {
+        made.instance.join(&team).map_err(|e| Failure::unit(e, Moment::Before, "a team of ranks"))?;
+        Ok(made)
+    });
+    let told = made.as_ref().err().map(|f| (f.to_string(), code_of_failure(f)));
+    let told = serde_json::to_vec(&told).unwrap_or_default();
+    let lead = ranks.first as usize;
+    world.borrow_mut().round(&[(lead, told)], &mut [], None)?;
+    let mut go = [(lead, Vec::new())];
+    world.borrow_mut().round(&[], &mut go, None)?;
+    let mut made = made?;
+    if go[0].1 != [1] {
+        return Ok(());
+    }
+    made.instance.serve().map_err(|e| Failure::unit(e, Moment::Before, "in the service of its lead"))
 }
 
 /// The units of this rank, the threads of all units that are here, and the workers.
@@ -70,7 +110,10 @@ fn make(
     let mut libraries = Libraries::default();
     let mut members: Vec<Option<Box<Member>>> = (0..count).map(|_| None).collect();
     for &unit in &here {
-        let made = member(plan, unit, threads[unit], logging, &mut libraries, environment)?;
+        let mut made = member(plan, unit, threads[unit], logging, &mut libraries, environment)?;
+        if let Some(team) = job.and_then(|job| job.team(unit)) {
+            made.instance.join(team).map_err(|e| Failure::unit(e, Moment::Before, "a team of ranks"))?;
+        }
         members[unit] = Some(Box::new(made));
     }
     // With other ranks somebody must be free to talk to them while units settle.

@@ -39,7 +39,7 @@ pub use bonds::Energy;
 pub use ecco::Ecco;
 pub use failure::{Failure, Moment, UnitFailure};
 pub use gauss_seidel::GaussSeidel;
-pub use initialise::assemble;
+pub use initialise::{assemble, serve_lead};
 pub use iterated::Iterated;
 pub use job::{Job, Note, Relay};
 pub use save::{CouplingState, UnitState};

@@ -65,5 +65,7 @@ table! {
         get_integer_array: GetIntegerArray = "terramech_getIntegerArray";
         set_integer_array: SetIntegerArray = "terramech_setIntegerArray";
         set_progress: SetProgress = "terramech_setProgress";
+        set_team: SetTeam = "terramech_setTeam";
+        serve_team: ServeTeam = "terramech_serveTeam";
     }
 }

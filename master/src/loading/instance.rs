@@ -15,7 +15,7 @@ use super::environment::{Ear, Environment, progress};
 use super::functions::Functions;
 use super::pulse::Name;
 use super::values::{Batch, Outputs, Sets};
-use super::{CallError, Cause, Library, LoadError, Pulse, Status};
+use super::{CallError, Cause, Library, LoadError, Pulse, Status, Team};
 
 /// Largest array we take (elements): beyond it the size is a fault of the unit, not a bed.
 const MOST_ELEMENTS: usize = 1 << 31;
@@ -140,6 +140,31 @@ impl Instance {
         // SAFETY: no pointers but the component.
         self.call(&"fmi2SetupExperiment", |f, c| unsafe {
             (f.setup_experiment)(c, FMI2_FALSE, 0.0, start, c_int::from(stop.is_some()), stop.unwrap_or(0.0))
+        })
+    }
+
+    /// `terramech_setTeam`: makes it a member of a team, which must outlive it. Calls from here on come from the thread that the team's world belongs to.
+    ///
+    /// # Errors
+    /// [`CallError`]; a library without the function.
+    pub fn join(&mut self, team: &Team) -> Result<(), CallError> {
+        let table = team.table();
+        self.call(&"terramech_setTeam", |f, c| match f.set_team {
+            // SAFETY: the table lives through the call, its environment longer than the instance (the caller's promise).
+            Some(set_team) => unsafe { set_team(c, &raw const table) },
+            None => terramech_fmi2::types::FMI2_ERROR,
+        })
+    }
+
+    /// `terramech_serveTeam`: does what the lead of the team asks, until that is freed.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn serve(&mut self) -> Result<(), CallError> {
+        self.call(&"terramech_serveTeam", |f, c| match f.serve_team {
+            // SAFETY: no pointers but the component.
+            Some(serve) => unsafe { serve(c) },
+            None => terramech_fmi2::types::FMI2_ERROR,
         })
     }
 

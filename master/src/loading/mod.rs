@@ -20,6 +20,7 @@ mod library;
 mod pin;
 mod pulse;
 mod state;
+mod team;
 mod values;
 
 pub use bare::BareLoop;
@@ -30,4 +31,5 @@ pub use instance::{Instance, Made, Stepped};
 pub use library::Library;
 pub use pin::pin_instruction_path;
 pub use pulse::Pulse;
+pub use team::{Shared, Team};
 pub use values::{Array, Batch, Class, NotFinite, Outputs, Sets, Slot};

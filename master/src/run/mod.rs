@@ -21,10 +21,10 @@ use terramech_results::{Headline, LogWriter, Manifest, RunFolder, write_summary}
 
 use crate::check::plan::Plan;
 use crate::checkpoint::{Checkpoint, How};
-use crate::coupling::{Advance, Failure, Job, Relay, System, algorithm_of, assemble};
+use crate::coupling::{Advance, Failure, Job, Relay, System, algorithm_of, assemble, serve_lead};
 use crate::loading::Environment;
 use crate::record::Recorder;
-use crate::world::World;
+use crate::world::{Ranks, World};
 
 pub use crate::exit::{ExitCode, code_of_failure};
 pub use display::Display;
@@ -117,8 +117,21 @@ impl Outcome {
     }
 }
 
-/// The ranks that a run is spread over, and the rank of each unit.
-pub type Placed = (Box<dyn World>, Vec<usize>);
+/// The ranks that a run is spread over, and those of each unit.
+pub struct Placed {
+    /// The ranks.
+    pub world: Box<dyn World>,
+    /// By unit.
+    pub ranks: Vec<Ranks>,
+}
+
+impl Placed {
+    /// The unit that this rank serves the lead of, if it does.
+    pub fn serves(&self) -> Option<usize> {
+        let rank = self.world.rank();
+        self.ranks.iter().position(|r| r.all().skip(1).any(|r| r == rank))
+    }
+}
 
 /// Runs a plan in this process.
 ///
@@ -132,9 +145,13 @@ pub fn run(plan: Plan, options: &Options, display: Display, stop: &Stop) -> Resu
 ///
 /// # Errors
 /// A [`Failure`]; rank 0 tells it too.
-pub fn serve(plan: Plan, options: &Options, stop: &Stop, (world, owner): Placed) -> Result<(), Failure> {
+pub fn serve(plan: Plan, options: &Options, stop: &Stop, placed: Placed) -> Result<(), Failure> {
     let host = Arc::new(Host::elsewhere(stop.clone()));
-    let job = Box::new(Job::new(world, owner, Arc::clone(&host) as Arc<dyn Relay>));
+    if let Some(unit) = placed.serves() {
+        let environment: Arc<dyn Environment> = Arc::clone(&host) as Arc<dyn Environment>;
+        return serve_lead(&plan, unit, options.threads, &environment, placed.world, placed.ranks[unit]);
+    }
+    let job = Box::new(Job::new(placed.world, &placed.ranks, Arc::clone(&host) as Arc<dyn Relay>));
     let plan = Arc::new(plan);
     if let Some(limit) = options.call_limit {
         let (dog, host) = (Arc::clone(&host.watchdog), Arc::clone(&host));
@@ -176,7 +193,7 @@ pub fn run_on(
     let plan = Arc::new(plan);
     let host = Arc::new(Host::new(display, stop.clone()));
     // From here on whatever ends this run ends it on the other ranks too.
-    let job = placed.map(|(world, owner)| Job::new(world, owner, Arc::clone(&host) as Arc<dyn Relay>));
+    let job = placed.map(|p| Job::new(p.world, &p.ranks, Arc::clone(&host) as Arc<dyn Relay>));
     // An earlier run in this folder stays until this one has started.
     let folder = Arc::new(RunFolder::open(&options.out)?);
     let mut manifest = report::manifest(&plan, options);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use terramech_simd::Isa;
 
-use super::{Aside, Broken, Message, World};
+use super::{Broken, Message, World};
 use crate::exit::ExitCode;
 
 /// What a rank shows.
@@ -38,17 +38,6 @@ impl Card {
     }
 }
 
-/// Nothing is said and heard yet.
-struct Silence;
-
-impl Aside for Silence {
-    fn hear(&mut self, _: usize, _: &[u8]) {}
-
-    fn say(&mut self) -> Option<Message> {
-        None
-    }
-}
-
 /// What all ranks learn: the path that all of them have, or that nothing runs.
 type Verdict = Result<String, ExitCode>;
 
@@ -62,19 +51,19 @@ pub fn meet(world: &mut dyn World, card: &Card) -> Result<Isa, (String, ExitCode
     let json = |card: &Card| serde_json::to_vec(card).unwrap_or_default();
     let (verdict, told): (Verdict, String) = if world.rank() == 0 {
         let mut into: Vec<Message> = (1..size).map(|r| (r, Vec::new())).collect();
-        world.round(&[], &mut into, &mut Silence).map_err(lost)?;
+        world.round(&[], &mut into, None).map_err(lost)?;
         let mut cards = vec![Some(card.clone())];
         cards.extend(into.iter().map(|(_, bytes)| serde_json::from_slice(bytes).ok()));
         let judged = judge(&cards);
         let verdict = judged.as_ref().map(|isa| isa.name().to_owned()).map_err(|(_, code)| *code);
         let bytes = serde_json::to_vec(&verdict).unwrap_or_default();
         let out: Vec<Message> = (1..size).map(|r| (r, bytes.clone())).collect();
-        world.round(&out, &mut [], &mut Silence).map_err(lost)?;
+        world.round(&out, &mut [], None).map_err(lost)?;
         (verdict, judged.err().map(|(text, _)| text).unwrap_or_default())
     } else {
-        world.round(&[(0, json(card))], &mut [], &mut Silence).map_err(lost)?;
+        world.round(&[(0, json(card))], &mut [], None).map_err(lost)?;
         let mut into = [(0, Vec::new())];
-        world.round(&[], &mut into, &mut Silence).map_err(lost)?;
+        world.round(&[], &mut into, None).map_err(lost)?;
         (serde_json::from_slice(&into[0].1).unwrap_or(Err(ExitCode::Environment)), String::new())
     };
     let name = verdict.map_err(|code| (told, code))?;

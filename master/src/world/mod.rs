@@ -51,11 +51,11 @@ pub trait World {
     fn neighbours(&self) -> usize;
 
     /// One round: hands over all of `out` and waits for one message from each rank named in `into`, which replaces what was in its buffer. Messages between two ranks arrive
-    /// in the order in which they were handed over. Notes go and come while it waits.
+    /// in the order in which they were handed over. Notes go and come while it waits, if there is somebody to hear them.
     ///
     /// # Errors
     /// The connection is lost.
-    fn round(&mut self, out: &[Message], into: &mut [Message], aside: &mut dyn Aside) -> Result<(), Broken>;
+    fn round(&mut self, out: &[Message], into: &mut [Message], aside: Option<&mut dyn Aside>) -> Result<(), Broken>;
 
     /// Sends the notes that wait and takes those that have come. Sending one may wait until the other rank listens.
     ///

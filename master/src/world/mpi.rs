@@ -99,7 +99,12 @@ impl World for Mpi {
         self.neighbours
     }
 
-    fn round(&mut self, out: &[Message], into: &mut [Message], aside: &mut dyn Aside) -> Result<(), Broken> {
+    fn round(
+        &mut self,
+        out: &[Message],
+        into: &mut [Message],
+        mut aside: Option<&mut dyn Aside>,
+    ) -> Result<(), Broken> {
         if let Some((_, long)) = out.iter().find(|(_, bytes)| i32::try_from(bytes.len()).is_err()) {
             return Err(Broken(format!("a message of {} bytes; MPI takes at most {}", long.len(), i32::MAX)));
         }
@@ -120,7 +125,9 @@ impl World for Mpi {
                         missing -= 1;
                     }
                 }
-                this.exchange_notes(aside);
+                if let Some(aside) = aside.as_deref_mut() {
+                    this.exchange_notes(aside);
+                }
                 if came {
                     patience = Patience::default();
                 } else if missing > 0 {
@@ -132,7 +139,9 @@ impl World for Mpi {
             let mut patience = Patience::default();
             while sends.incomplete() > 0 {
                 sends.test_some(&mut done);
-                this.exchange_notes(aside);
+                if let Some(aside) = aside.as_deref_mut() {
+                    this.exchange_notes(aside);
+                }
                 if sends.incomplete() > 0 {
                     patience.wait();
                 }

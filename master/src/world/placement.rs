@@ -39,6 +39,11 @@ impl Ranks {
         (ranks.first <= ranks.last).then_some(ranks)
     }
 
+    /// All of them.
+    pub fn all(self) -> impl Iterator<Item = usize> {
+        self.first as usize..=self.last as usize
+    }
+
     /// How many; at least one.
     pub fn count(self) -> usize {
         (self.last - self.first) as usize + 1
@@ -133,6 +138,21 @@ pub fn place(units: &[Placer<'_>], orders: &[Place], size: usize) -> Result<Vec<
             wrong("one rank: this unit cannot be spread over several (its library has no terramech_setTeam)".into());
         }
     }
+    // A rank that serves the lead of a unit that is spread does nothing else.
+    let serves = |rank: usize| {
+        let spread = ranks.iter().zip(units).filter_map(|(r, u)| Some((r.filter(|r| r.count() > 1)?, u)));
+        spread.into_iter().find(|(r, _)| r.first < rank as Rank && rank as Rank <= r.last).map(|(_, u)| u.name)
+    };
+    for (unit, ranks) in units.iter().zip(&ranks) {
+        let Some(ranks) = ranks else { continue };
+        let clash = (ranks.first..=ranks.last).find_map(|r| serves(r as usize).filter(|name| *name != unit.name));
+        if let Some(name) = clash {
+            let what = format!("{} of unit {}", if ranks.count() == 1 { "rank" } else { "ranks" }, unit.name);
+            let allowed = format!("ranks that unit {name} is not spread over, its first one aside");
+            faults.add(unit.written, "", FaultKind::BadValue { what, given: ranks.to_string(), allowed });
+        }
+    }
+    let free_ranks: Vec<usize> = (0..size).filter(|r| serves(*r).is_none()).collect();
     let mut load = vec![0.0; size];
     let sane = |weight: f64| if weight.is_finite() && weight > 0.0 { weight } else { 0.0 };
     for (unit, ranks) in units.iter().zip(&ranks) {
@@ -146,7 +166,8 @@ pub fn place(units: &[Placer<'_>], orders: &[Place], size: usize) -> Result<Vec<
     let mut free: Vec<usize> = (0..units.len()).filter(|&i| ranks[i].is_none()).collect();
     free.sort_by(|&a, &b| sane(units[b].weight).total_cmp(&sane(units[a].weight)).then(a.cmp(&b)));
     for i in free {
-        let least = (0..size).min_by(|&a, &b| load[a].total_cmp(&load[b]).then(a.cmp(&b))).unwrap_or(0);
+        let least =
+            free_ranks.iter().copied().min_by(|&a, &b| load[a].total_cmp(&load[b]).then(a.cmp(&b))).unwrap_or(0);
         load[least] += sane(units[i].weight);
         ranks[i] = Some(Ranks::one(least as Rank));
     }
@@ -184,7 +205,8 @@ mod tests {
     #[test]
     fn what_is_said_counts_and_the_command_line_most() {
         let written = [Some(Ranks::one(1)), None, None, Ranks::parse("0..1")];
-        assert_eq!(placed(written, &[], 3).unwrap(), ["1", "2", "2", "0..1"]);
+        assert!(placed(written, &[], 3).unwrap_err().contains("not spread over"));
+        assert_eq!(placed(written, &["vehicle=auto"], 3).unwrap(), ["2", "2", "2", "0..1"]);
         assert_eq!(placed(written, &["tire*=0", "terrain=2"], 3).unwrap(), ["1", "0", "0", "2"]);
         assert_eq!(placed(written, &["*=auto"], 2).unwrap(), ["1", "1", "1", "0"]);
     }

@@ -22,7 +22,9 @@ mod cargo;
 mod note;
 mod steps;
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -30,7 +32,8 @@ use serde::{Deserialize, Serialize};
 use super::Failure;
 use super::connect::Links;
 use crate::exit::{ExitCode, code_of_failure};
-use crate::world::{Aside, Message, World};
+use crate::loading::{Shared, Team};
+use crate::world::{Aside, Message, Ranks, World};
 
 pub use note::Note;
 
@@ -126,7 +129,15 @@ impl Aside for Notes {
 
 /// The other ranks, as seen from this one.
 pub struct Job {
-    world: Box<dyn World>,
+    world: Shared,
+    rank: usize,
+    size: usize,
+    /// Ranks that serve the lead of a unit, and take no part in anything else.
+    serve: Vec<bool>,
+    /// Units that are spread, with their team where the lead is here.
+    teams: Vec<(usize, Vec<usize>, Option<Box<Team>>)>,
+    /// Whether those who serve here have been told to begin.
+    begun: bool,
     notes: Notes,
     /// The rank of each unit.
     owner: Vec<usize>,
@@ -151,13 +162,27 @@ pub struct Job {
 }
 
 impl Job {
-    /// The ranks of a world, with the rank of each unit.
-    pub fn new(world: Box<dyn World>, owner: Vec<usize>, relay: Arc<dyn Relay>) -> Self {
+    /// The ranks of a world, with those of each unit.
+    pub fn new(world: Box<dyn World>, ranks: &[Ranks], relay: Arc<dyn Relay>) -> Self {
         let (rank, size) = (world.rank(), world.size());
+        let world: Shared = Rc::new(RefCell::new(world));
+        let mut serve = vec![false; size];
+        let mut teams = Vec::new();
+        for (unit, ranks) in ranks.iter().enumerate().filter(|(_, r)| r.count() > 1) {
+            let all: Vec<usize> = ranks.all().collect();
+            all[1..].iter().for_each(|r| serve[*r] = true);
+            let team = (all[0] == rank).then(|| Team::new(Rc::clone(&world), all.clone()));
+            teams.push((unit, all, team));
+        }
         Self {
             notes: Notes { relay, rank, told: 0, heard: vec![0; size], stop: None },
-            owner,
+            owner: ranks.iter().map(|r| r.first as usize).collect(),
             world,
+            rank,
+            size,
+            serve,
+            teams,
+            begun: false,
             stage: Stage::Starting,
             out: Vec::new(),
             into: Vec::new(),
@@ -176,12 +201,50 @@ impl Job {
 
     /// This rank.
     pub fn rank(&self) -> usize {
-        self.world.rank()
+        self.rank
     }
 
     /// Number of ranks.
     pub fn size(&self) -> usize {
-        self.world.size()
+        self.size
+    }
+
+    /// The team of a unit whose lead is here.
+    pub(super) fn team(&self, unit: usize) -> Option<&Team> {
+        self.teams.iter().find(|t| t.0 == unit)?.2.as_deref()
+    }
+
+    /// Whether a unit is spread over several ranks: it is called from this thread alone.
+    pub fn is_spread(&self, unit: usize) -> bool {
+        self.teams.iter().any(|t| t.0 == unit)
+    }
+
+    /// How it went for those who serve units that are led here.
+    pub(super) fn served(&mut self) -> Result<(), Failure> {
+        let mut failed = None;
+        for (_, ranks, _) in self.teams.iter().filter(|t| t.2.is_some()) {
+            let mut into: Vec<Message> = ranks[1..].iter().map(|r| (*r, Vec::new())).collect();
+            self.world.borrow_mut().round(&[], &mut into, Some(&mut self.notes))?;
+            for (rank, bytes) in into {
+                if let Some((text, code)) = serde_json::from_slice::<Option<(String, ExitCode)>>(&bytes).ok().flatten()
+                {
+                    failed.get_or_insert(Failure::OnRank { rank, text, code });
+                }
+            }
+        }
+        failed.map_or(Ok(()), Err)
+    }
+
+    /// Tells those who serve units that are led here to begin, or to go.
+    pub(super) fn begin_teams(&mut self, go: bool) -> Result<(), Failure> {
+        if std::mem::replace(&mut self.begun, true) {
+            return Ok(());
+        }
+        for (_, ranks, _) in self.teams.iter().filter(|t| t.2.is_some()) {
+            let out: Vec<Message> = ranks[1..].iter().map(|r| (*r, vec![u8::from(go)])).collect();
+            self.world.borrow_mut().round(&out, &mut [], Some(&mut self.notes))?;
+        }
+        Ok(())
     }
 
     /// The rank of each unit.
@@ -201,13 +264,13 @@ impl Job {
 
     /// Lets notes go and come.
     pub(super) fn listen(&mut self) -> Result<(), Failure> {
-        Ok(self.world.notes(&mut self.notes)?)
+        Ok(self.world.borrow_mut().notes(&mut self.notes)?)
     }
 
     /// The other ranks.
     fn others(&self) -> impl Iterator<Item = usize> + use<> {
-        let rank = self.rank();
-        (0..self.world.size()).filter(move |r| *r != rank)
+        let (rank, serve) = (self.rank, self.serve.clone());
+        (0..self.size).filter(move |r| *r != rank && !serve[*r])
     }
 
     /// From all others to rank 0: there their messages in the order of the ranks, elsewhere nothing.
@@ -217,7 +280,7 @@ impl Job {
         } else {
             (vec![(0, mine)], Vec::new())
         };
-        self.world.round(&out, &mut into, &mut self.notes)?;
+        self.world.borrow_mut().round(&out, &mut into, Some(&mut self.notes))?;
         Ok(into)
     }
 
@@ -225,11 +288,11 @@ impl Job {
     pub(super) fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>, Failure> {
         if self.rank() == 0 {
             let out: Vec<Message> = self.others().map(|r| (r, mine.clone())).collect();
-            self.world.round(&out, &mut [], &mut self.notes)?;
+            self.world.borrow_mut().round(&out, &mut [], Some(&mut self.notes))?;
             return Ok(mine);
         }
         let mut into = [(0, Vec::new())];
-        self.world.round(&[], &mut into, &mut self.notes)?;
+        self.world.borrow_mut().round(&[], &mut into, Some(&mut self.notes))?;
         let [(_, bytes)] = into;
         Ok(bytes)
     }
@@ -293,7 +356,7 @@ impl Job {
         };
         let out: Vec<Message> = cargo_out.iter().map(|(&r, cargos)| (r, pack(cargos))).collect();
         let mut into: Vec<Message> = cargo_in.keys().map(|&r| (r, Vec::new())).collect();
-        self.world.round(&out, &mut into, &mut self.notes)?;
+        self.world.borrow_mut().round(&out, &mut into, Some(&mut self.notes))?;
         for (from, bytes) in &into {
             let mut unpacker = Unpacker(bytes);
             for cargo in cargo_in.get(from).into_iter().flatten() {
@@ -341,6 +404,7 @@ impl Job {
 impl Drop for Job {
     /// Whatever happens here, the others are not left waiting.
     fn drop(&mut self) {
+        let _ = self.begin_teams(false);
         if !std::thread::panicking() && (self.rank() == 0 || self.stage == Stage::Starting) {
             let _ = self.close(Report::default());
         }

@@ -34,7 +34,7 @@ impl Job {
             bytes.clear();
             bytes.extend([What::Over as u8, 0]);
         }
-        Ok(self.world.round(&self.out, &mut self.into, &mut self.notes)?)
+        Ok(self.world.borrow_mut().round(&self.out, &mut self.into, Some(&mut self.notes))?)
     }
 
     fn trouble(&mut self, failure: &Failure, at: (u64, u8), units: &[String]) {
@@ -121,7 +121,7 @@ impl System {
         let over = job.rank() == 0 && job.idle && self.ended.is_none();
         self.pack(job, tick, all, over);
         let packed = begin.elapsed();
-        job.world.round(&job.out, &mut job.into, &mut job.notes)?;
+        job.world.borrow_mut().round(&job.out, &mut job.into, Some(&mut job.notes))?;
         let waited = begin.elapsed() - packed;
         let come = self.unpack(job, tick, all)?;
         let first = come.troubles.into_iter().chain(job.trouble.clone()).min_by_key(|t| (t.at, t.rank));

@@ -31,15 +31,18 @@ impl System {
             if tick.is_multiple_of(SAMPLE) || tick < SAMPLE || !self.uniform {
                 self.split = self.heaviest(&due);
             }
-            if let Some(heaviest) = self.split {
-                for &unit in due.iter().filter(|&&u| u != heaviest) {
+            // What is spread over ranks stays with the thread that talks to them.
+            let spread = |unit: usize| self.job.as_ref().is_some_and(|job| job.is_spread(unit));
+            let split = due.iter().copied().find(|u| spread(*u)).or(self.split);
+            if let Some(heaviest) = split {
+                for &unit in due.iter().filter(|&&u| u != heaviest && !spread(u)) {
                     if let Some(member) = self.members[unit].take() {
                         let (time, size) = self.span(unit, tick);
                         self.pool.hand_over(unit, member, Task::Step(time, size));
                         away += 1;
                     }
                 }
-                due.retain(|&u| u == heaviest);
+                due.retain(|&u| u == heaviest || spread(u));
             }
         }
         let mut first: Option<(usize, CallError)> = None;
@@ -128,13 +131,20 @@ impl System {
     ) -> Vec<(usize, Result<Answer, CallError>)> {
         let order: Vec<usize> = tasks.iter().map(|(unit, _)| *unit).collect();
         let mut away = 0_usize;
-        for (unit, task) in tasks {
+        let (spread, others): (Vec<_>, Vec<_>) =
+            tasks.into_iter().partition(|(unit, _)| self.job.as_ref().is_some_and(|job| job.is_spread(*unit)));
+        for (unit, task) in others {
             if let Some(member) = self.members[unit].take() {
                 self.pool.hand_over(unit, member, task);
                 away += 1;
             }
         }
         let mut answers: Vec<(usize, Result<Answer, CallError>)> = Vec::with_capacity(order.len());
+        for (unit, task) in spread {
+            if let Some(member) = self.members[unit].as_deref_mut() {
+                answers.push((unit, member.work(task)));
+            }
+        }
         let mut finished = Vec::new();
         while away > 0 {
             // With other ranks there is somebody to listen to, for minutes if a bed settles.
