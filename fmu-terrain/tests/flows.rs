@@ -73,7 +73,7 @@ fn case_2_11_a_column_runs_out_as_its_aspect_ratio_says() {
         found.push([a, ran]);
         relative("2.11 column collapse", &format!("runout over radius, aspect ratio {a}"), "1", said, ran, 0.35);
     }
-    let plot = ["dem-p-runout", "2.11: runout of a column over its radius", "aspect ratio", "", "runout", ""];
+    let plot = ["runout", "2.11: runout of a column over its radius", "aspect ratio", "", "runout", ""];
     let law = |k: i32| {
         let a = 0.1 * f64::from(k);
         [a, if a < 1.7 { 1.24 * a } else { 1.6 * a.sqrt() }]
@@ -206,7 +206,7 @@ fn case_2_11_a_silo_floor_carries_ever_less_of_what_is_added() {
     }
     let added = (floor[3][1] - floor[2][1]) / (floor[3][0] - floor[2][0]);
     below("2.11 silo", "share of the upper half's weight that the floor feels", "1", added, 0.15);
-    let plot = ["dem-p-silo", "2.11: what the floor of a silo carries", "weight of the grains", "N", "force", "N"];
+    let plot = ["silo", "2.11: what the floor of a silo carries", "weight of the grains", "N", "force", "N"];
     let law = |k: i32| [0.025 * f64::from(k) * floor[3][0], janssen(0.025 * f64::from(k) * floor[3][0], low)];
     curve(plot, "line", "Janssen", &(0..=40).map(law).collect::<Vec<_>>());
     curve(plot, "points", "computed", &floor);
@@ -235,7 +235,7 @@ fn case_2_12_glass_beads_shear_in_proportion_to_the_normal_stress() {
     );
     println!("\nVALIDATION|2.12 direct shear|friction angle, peak|deg||{:.2}|reported", found.peak_angle.to_degrees());
     below("2.12 direct shear", "cohesion over the greatest normal stress", "1", found.cohesion / 24_200.0, 0.02);
-    let plot = ["dem-p-shear", "2.12: direct shear of glass beads", "normal stress", "Pa", "shear stress", "Pa"];
+    let plot = ["shear", "2.12: direct shear of glass beads", "normal stress", "Pa", "shear stress", "Pa"];
     let line = |x: f64| [x, found.cohesion + x * found.friction_angle.tan()];
     curve(plot, "line", &format!("{:.1} deg", found.friction_angle.to_degrees()), &[line(0.0), line(26_000.0)]);
     curve(plot, "points", "computed", &points);
