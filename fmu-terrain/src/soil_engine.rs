@@ -87,6 +87,18 @@ pub trait SoilEngine: GrainEngine + Sized {
     ) -> Result<Self, DemError> {
         Err(DemError::parameter("team", links.size(), "one member for this kind of ground"))
     }
+    /// Makes the bed by all members of a team together; all get it whole. None: one makes it alone.
+    ///
+    /// # Errors
+    /// As [`SoilEngine::make`].
+    fn make_together(
+        _spec: &Terrain,
+        _threads: usize,
+        _links: &dyn Fn() -> Box<dyn dem::spread::Links>,
+        _progress: Progress,
+    ) -> Result<Option<(Self, BedReport)>, DemError> {
+        Ok(None)
+    }
     /// The whole state; of a team on the lead, where all members call it.
     ///
     /// # Errors
@@ -144,6 +156,20 @@ impl SoilEngine for CpuEngine {
         let setup = spec.setup(surfaces);
         limits::check_rows(&setup, &state.rows)?;
         Self::spread(setup, state, links, threads)
+    }
+
+    fn make_together(
+        spec: &Terrain,
+        threads: usize,
+        links: &dyn Fn() -> Box<dyn dem::spread::Links>,
+        progress: Progress,
+    ) -> Result<Option<(Self, BedReport)>, DemError> {
+        let (setup, recipe) = (spec.setup(&[]), spec.recipe());
+        if !dem::spread::is_made_together(&setup, &recipe) {
+            return Ok(None);
+        }
+        let (state, report) = dem::spread::prepare_together(&setup, &recipe, threads, links, progress)?;
+        Ok(Some((Self::with_state(setup, state, threads)?, report)))
     }
 
     fn whole(&mut self) -> Result<Option<DemState>, DemError> {

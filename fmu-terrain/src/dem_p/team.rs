@@ -15,6 +15,11 @@ use terramech_fmi2::{Team, UnitError, Value, state};
 /// What the lead asks the others for.
 #[derive(Serialize, Deserialize)]
 pub enum Order {
+    /// To make the bed of this specification (JSON) with the lead.
+    Make {
+        /// As [`Order::Open`]'s unit holds it.
+        specification: String,
+    },
     /// To become this saved unit, with these values of its variables, and to tell how that went.
     Open {
         /// As [`terramech_fmi2::Unit::save`] gives it.

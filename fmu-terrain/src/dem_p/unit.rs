@@ -126,7 +126,18 @@ impl<E: SoilEngine> GranularUnit<E> {
         }
         let (engine, report) = if load.is_empty() {
             let mut progress = |phase: &str, done: f64| host.progress(phase, done).is_ok();
-            E::make(&spec, threads, &mut progress).map_err(|e| unit_error(e, false))?
+            let together = match self.lead.crew.clone().filter(Crew::is_lead) {
+                None => None,
+                Some(crew) => {
+                    crew.ask(&Order::Make { specification: self.own.specification.clone() })?;
+                    E::make_together(&spec, threads, &|| Box::new(crew.clone()), &mut progress)
+                        .map_err(|e| unit_error(e, false))?
+                }
+            };
+            match together {
+                Some(made) => made,
+                None => E::make(&spec, threads, &mut progress).map_err(|e| unit_error(e, false))?,
+            }
         } else {
             let mut file = bed_file::read(&load, &spec)?;
             let own = if file.engine == E::NAME {
@@ -323,6 +334,13 @@ impl<E: SoilEngine> GranularUnit<E> {
     fn obey(&mut self, order: Order, v: &mut Values, crew: &Crew) -> Result<(), UnitError> {
         match order {
             Order::End => {}
+            Order::Make { specification } => {
+                let spec: Terrain = specification::parse(&specification, "the lead's specification")?;
+                let threads = v[self.vars.common.threads].max(1) as usize;
+                // The bed itself comes with the unit.
+                E::make_together(&spec, threads, &|| Box::new(crew.clone()), &mut |_, _| true)
+                    .map_err(|e| unit_error(e, false))?;
+            }
             Order::Open { unit, values } => {
                 v.take_changes(values);
                 let restored = self.restore(v, &unit);

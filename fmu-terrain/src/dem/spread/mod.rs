@@ -15,9 +15,11 @@
 mod balance;
 mod edge;
 pub(super) mod making;
+mod settling;
 mod state;
 mod threads;
 
+pub use settling::{is_made_together, prepare_together};
 pub use threads::team_of_threads;
 
 use super::error::DemError;
@@ -125,10 +127,14 @@ impl Spread {
         Err(DemError::Elsewhere(told.into_iter().flatten().next().unwrap_or_default()))
     }
 
+    /// What all members have, as bytes. It is asked between steps, when nobody else uses the links.
+    fn all_of<T: Serialize>(&self, mine: &T) -> Result<Vec<Vec<u8>>, DemError> {
+        self.links.lock().unwrap_or_else(PoisonError::into_inner).all(pack(mine)?)
+    }
+
     /// Lists of all members one behind the other. It is asked between steps, when nobody else uses the links.
     pub(super) fn all_parts<const N: usize>(&self, mine: [Vec<f64>; N]) -> Result<[Vec<f64>; N], DemError> {
-        let mine = pack(&mine.to_vec())?;
-        let all = self.links.lock().unwrap_or_else(PoisonError::into_inner).all(mine)?;
+        let all = self.all_of(&mine.to_vec())?;
         let mut lists: [Vec<f64>; N] = std::array::from_fn(|_| Vec::new());
         for bytes in &all {
             let parts: Vec<Vec<f64>> = unpack(bytes)?;

@@ -7,6 +7,20 @@ use crate::dem::error::DemError;
 use crate::dem::grains::DemState;
 
 impl DemState {
+    /// Adds the part of the next member.
+    pub(super) fn append(&mut self, part: Self) {
+        let base = self.rows.len() as u32;
+        self.rows.extend(part.rows);
+        self.ids.extend(part.ids);
+        self.force.extend(part.force);
+        self.stale |= part.stale;
+        self.slabs.extend(part.slabs.into_iter().map(|mut slab| {
+            let to = slab.first + base;
+            shift(&mut slab, to);
+            slab
+        }));
+    }
+
     /// The part of member `index` of `size`: slabs in a row with their grains; what it looks at behind them goes to `spread`.
     fn part(&self, spread: &mut Spread) -> Self {
         let (index, size) = (spread.index, spread.size);
@@ -82,17 +96,7 @@ impl CpuEngine {
         let others: Vec<usize> = (1..spread.size).collect();
         let mut whole = self.state.clone();
         for bytes in spread.links().round(Vec::new(), &others)? {
-            let part: DemState = unpack(&bytes)?;
-            let base = whole.rows.len() as u32;
-            whole.rows.extend(part.rows);
-            whole.ids.extend(part.ids);
-            whole.force.extend(part.force);
-            whole.stale |= part.stale;
-            whole.slabs.extend(part.slabs.into_iter().map(|mut slab| {
-                let to = slab.first + base;
-                shift(&mut slab, to);
-                slab
-            }));
+            whole.append(unpack(&bytes)?);
         }
         Ok(Some(whole))
     }
