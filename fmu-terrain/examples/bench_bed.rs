@@ -1,17 +1,21 @@
 //! Speed of the granular engine: grain-steps per second in a settled bed that a wheel drives through.
 //!
-//! `cargo run --release -p fmu-terrain --example bench_bed -- [--beds DIR] [--threads 1,2] [--json] [--skin S] [grains ...]`;
+//! `cargo run --release -p fmu-terrain --example bench_bed -- [--beds DIR] [--threads 1,2] [--team N] [--json] [--skin S] [grains ...]`;
 //! default 20000 100000 on 1 and 2 threads. `--beds` keeps settled beds, and writes them as data files for LAMMPS too.
 //! Rates are wall-clock; the processor-time rate (grain-steps per second of one processor) is what to compare where
-//! other work runs on the machine. `cargo xtask bench dem` runs this next to LAMMPS.
+//! other work runs on the machine. `cargo xtask bench dem` runs this next to LAMMPS. `--team` spreads the bed over members with one thread each, and counts what they tell each other
+//! (`cargo xtask bench mpi`).
 
+use fmu_terrain::dem::spread::{Links, Message, team_of_threads};
 use fmu_terrain::dem::{
-    Body, CpuEngine, Cylinder, Fill, Grain, GrainEngine, Material, Precision, Radii, Recipe, Sample, Settle, Setup,
-    Surface, Wall, prepare,
+    Body, CpuEngine, Cylinder, DemError, DemState, Fill, Grain, GrainEngine, Material, Precision, Radii, Recipe,
+    Sample, Settle, Setup, Surface, Wall, prepare,
 };
 use std::fmt::Write as _;
 use std::io::IsTerminal as _;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
@@ -22,12 +26,14 @@ const DENSITY: f64 = 2500.0;
 fn main() -> Outcome<()> {
     let (mut sizes, mut threads, mut beds, mut json, mut mixed) = (Vec::new(), vec![1, 2], None, false, false);
     let mut skin = Setup::default().skin;
+    let mut members = 0;
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         match arg.as_str() {
             "--beds" => beds = args.next(),
             "--json" => json = true,
             "--mixed" => mixed = true,
+            "--team" => members = args.next().unwrap_or_default().parse()?,
             "--skin" => skin = args.next().unwrap_or_default().parse()?,
             "--threads" => {
                 threads = args.next().unwrap_or_default().split(',').map(str::parse).collect::<Result<_, _>>()?;
@@ -42,6 +48,9 @@ fn main() -> Outcome<()> {
         println!(
             "grains  threads  Mgrain-steps/s  per processor s  best slice  contacts/grain  listed/grain  rebuilt every  bytes/grain"
         );
+    }
+    if members > 0 {
+        return sizes.iter().try_for_each(|&n| bench_team(n, members, beds.as_deref().map(Path::new), skin));
     }
     for n in sizes {
         bench(n, &threads, beds.as_deref().map(Path::new), json, skin, mixed)?;
@@ -110,6 +119,71 @@ fn bench(n: usize, threads: &[usize], beds: Option<&Path>, json: bool, skin: f64
             );
         }
     }
+    Ok(())
+}
+
+/// Links that count messages and bytes.
+struct Counted {
+    links: Box<dyn Links>,
+    messages: Arc<AtomicU64>,
+    bytes: Arc<AtomicU64>,
+}
+
+impl Links for Counted {
+    fn index(&self) -> usize {
+        self.links.index()
+    }
+    fn size(&self) -> usize {
+        self.links.size()
+    }
+    fn round(&mut self, out: Vec<Message>, from: &[usize]) -> Result<Vec<Vec<u8>>, DemError> {
+        self.messages.fetch_add(out.len() as u64, Ordering::Relaxed);
+        self.bytes.fetch_add(out.iter().map(|m| m.1.len() as u64).sum(), Ordering::Relaxed);
+        self.links.round(out, from)
+    }
+}
+
+/// The same bed and wheel over members of a team, as threads of this process.
+fn bench_team(n: usize, members: usize, beds: Option<&Path>, skin: f64) -> Outcome<()> {
+    let (length, width) = base(n);
+    let grains = settled(n, beds)?;
+    let setup = Setup { skin, ..setup(n) };
+    let state = DemState::of(&grains, setup.walls.len());
+    let height = Surface::of(&state, length, width).mean();
+    let (messages, bytes) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
+    let steps = (20_000_000 / n).clamp(50, 2000) as u32;
+    let member = |links: Box<dyn Links>| -> Result<(f64, f64, [u64; 2]), DemError> {
+        let links = Box::new(Counted { links, messages: Arc::clone(&messages), bytes: Arc::clone(&bytes) });
+        let mut engine = CpuEngine::spread(setup.clone(), &state, links, 1)?;
+        let wheel = |centre, vx: f64, vz, w| {
+            let cylinder = Cylinder::new(0.4, 0.25, centre, [0.0, 1.0, 0.0], [vx, 0.0, vz], [0.0, w, 0.0]);
+            [Body::new(Box::new(cylinder), 0)]
+        };
+        // In the middle, over the cut.
+        let x = -0.5;
+        engine.advance(1000, &mut wheel([x, 0.0, height + 0.4], 0.0, -0.5, 0.0))?;
+        engine.advance(100, &mut wheel([x, 0.0, height + 0.38], 1.0, 0.0, 1.5 / 0.4))?;
+        let count = || [messages.load(Ordering::Relaxed), bytes.load(Ordering::Relaxed)];
+        let (before, start, cpu) = (count(), Instant::now(), cpu_seconds());
+        engine.advance(steps, &mut wheel([x + 0.004, 0.0, height + 0.38], 1.0, 0.0, 1.5 / 0.4))?;
+        let after = count();
+        Ok((start.elapsed().as_secs_f64(), cpu_seconds() - cpu, [after[0] - before[0], after[1] - before[1]]))
+    };
+    let told = std::thread::scope(|scope| {
+        let member = &member;
+        let all: Vec<_> = team_of_threads(members).into_iter().map(|l| scope.spawn(move || member(l))).collect();
+        all.into_iter().map(|m| m.join()).next()
+    });
+    let Some(Ok(told)) = told else { return Err("a member has panicked".into()) };
+    let (clock, processor, [messages, bytes]) = told?;
+    let (work, steps) = (n as f64 * f64::from(steps) / 1e6, f64::from(steps));
+    println!(
+        "{{\"grains\":{n},\"members\":{members},\"rate\":{:.4},\"per_cpu\":{:.4},\"messages\":{:.2},\"bytes\":{:.0}}}",
+        work / clock,
+        work / processor,
+        messages as f64 / steps,
+        bytes as f64 / steps
+    );
     Ok(())
 }
 

@@ -56,7 +56,7 @@ impl CpuEngine {
         let swept = self.inside(|e| e.sweep(bodies, way));
         self.push(&swept)?;
         self.inside(|e| e.finish(&swept, way));
-        let touched = self.touched(last)?;
+        let touched = self.touched(last, bodies)?;
         let state = &mut self.state;
         state.wall_force.fill([0.0; 3]);
         let walls = self.walls.len();
@@ -255,7 +255,7 @@ impl CpuEngine {
 
     /// What grains have done to walls and bodies in this step: on the lead of a team that of all members, on the others nothing. Of walls the last step of a
     /// call counts.
-    fn touched(&mut self, last: bool) -> Result<TouchedBy, DemError> {
+    fn touched(&mut self, last: bool, bodies: &[Body]) -> Result<TouchedBy, DemError> {
         let mut all = TouchedBy { walls: Vec::new(), loads: Vec::new() };
         for s in &mut self.scratch {
             all.walls.append(&mut s.wall_force);
@@ -264,7 +264,9 @@ impl CpuEngine {
         match &mut self.spread {
             None => Ok(all),
             Some(spread) => {
-                let (walls, loads) = spread.lead_gets(all.walls, all.loads, last)?;
+                let bounds = bodies.iter().map(|b| b.shape.bounds()).map(|[low, high]| [low[0], high[0]]);
+                let zones: Vec<[f64; 2]> = bounds.filter(|z| z[0] <= z[1]).collect();
+                let (walls, loads) = spread.lead_gets(all.walls, all.loads, last, &zones)?;
                 Ok(TouchedBy { walls, loads })
             }
         }

@@ -48,6 +48,12 @@ pub enum Order {
     End,
 }
 
+/// The members that a member passes orders on to: its number with one more bit below its lowest.
+fn below(index: usize, size: usize) -> impl Iterator<Item = usize> {
+    let bits = if index == 0 { usize::BITS } else { index.trailing_zeros() };
+    (0..bits).map(move |bit| index | 1 << bit).take_while(move |m| *m < size)
+}
+
 /// A team that the unit and its engine use in turn.
 #[derive(Clone)]
 pub struct Crew {
@@ -68,13 +74,17 @@ impl Crew {
         self.index == 0
     }
 
-    /// Asks all others.
+    /// Asks all others. Orders go down a tree: with many members no one has to tell all.
     ///
     /// # Errors
     /// The team is broken.
     pub fn ask(&self, order: &Order) -> Result<(), UnitError> {
-        let bytes = state::to_bytes(order)?;
-        let out: Vec<Message> = (1..self.size).map(|m| (m, bytes.clone())).collect();
+        self.pass_on(&state::to_bytes(order)?)
+    }
+
+    /// Tells those below this member in the tree.
+    fn pass_on(&self, bytes: &[u8]) -> Result<(), UnitError> {
+        let out: Vec<Message> = below(self.index, self.size).map(|m| (m, bytes.to_vec())).collect();
         self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&out, &[]).map(drop)
     }
 
@@ -107,8 +117,12 @@ impl Crew {
     /// # Errors
     /// The team is broken.
     pub fn hear(&self) -> Result<Order, UnitError> {
-        let came = self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&[], &[0])?;
-        state::from_bytes(came.first().map_or(&[], |bytes| bytes))
+        // The member above: this one's number without its lowest bit.
+        let above = self.index & (self.index - 1);
+        let came = self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&[], &[above])?;
+        let bytes = came.first().map_or(&[][..], |bytes| bytes);
+        self.pass_on(bytes)?;
+        state::from_bytes(bytes)
     }
 }
 
@@ -153,6 +167,27 @@ impl Drop for Lead {
         if let Some(crew) = self.crew.as_ref().filter(|c| c.is_lead()) {
             // Those who have gone need not be told.
             let _ = crew.ask(&Order::End);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::below;
+
+    #[test]
+    fn every_member_is_told_once_by_the_one_above() {
+        for size in 1..40 {
+            let mut told = vec![0; size];
+            told[0] = 1;
+            for member in 0..size {
+                assert_eq!(told[member], 1, "{member} of {size}: orders go to higher numbers only");
+                for m in below(member, size) {
+                    assert_eq!(m & (m - 1), member);
+                    told[m] += 1;
+                }
+            }
+            assert_eq!(told, vec![1; size]);
         }
     }
 }

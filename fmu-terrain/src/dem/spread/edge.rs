@@ -92,13 +92,20 @@ impl Spread {
         walls: Vec<Vec3>,
         loads: Vec<BodyLoad>,
         with_walls: bool,
+        zones: &[[f64; 2]],
     ) -> Result<(Vec<Vec3>, Vec<BodyLoad>), DemError> {
+        // Who is far from every body has nothing to tell, and both sides know it.
+        let reach = &self.reach;
+        let tells = |m: usize| with_walls || zones.iter().any(|z| z[0] <= reach[m][1] && z[1] >= reach[m][0]);
         let mut all = (if with_walls { walls } else { Vec::new() }, loads);
         if !self.is_lead() {
-            self.links().round(vec![(0, pack(&all)?)], &[])?;
+            if tells(self.index) {
+                let told = pack(&all)?;
+                self.links().round(vec![(0, told)], &[])?;
+            }
             return Ok((Vec::new(), Vec::new()));
         }
-        let others: Vec<usize> = (1..self.size).collect();
+        let others: Vec<usize> = (1..self.size).filter(|m| tells(*m)).collect();
         for bytes in self.links().round(Vec::new(), &others)? {
             let (walls, loads): (Vec<Vec3>, Vec<BodyLoad>) = unpack(&bytes)?;
             all.0.extend(walls);

@@ -513,11 +513,16 @@ impl Spread {
     /// Who is before and behind now.
     pub(super) fn find_neighbours(&mut self, state: &DemState) -> Result<(), DemError> {
         let halo = state.slabs.last().map_or(0, |s| s.halo - s.last);
-        let all: Vec<(u32, u32)> = self.share(&(state.slabs.len() as u32, halo))?;
+        let reach = state
+            .slabs
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], s| [low.min(s.extent[0]), high.max(s.extent[1])]);
+        let all: Vec<(u32, u32, [f64; 2])> = self.share(&(state.slabs.len() as u32, halo, reach))?;
         let me = self.index;
         self.before = (0..me).rev().find(|&m| all[m].0 > 0).filter(|_| all[me].0 > 0);
         self.behind = (me + 1..all.len()).find(|&m| all[m].0 > 0).filter(|_| all[me].0 > 0);
         self.front = self.before.map_or(0, |m| all[m].1 as usize);
+        self.reach = all.iter().map(|m| m.2).collect();
         if self.behind.is_none() {
             self.ghosts.clear();
             self.ghost_ids.clear();

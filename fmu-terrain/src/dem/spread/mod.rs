@@ -8,8 +8,8 @@
 //! 3. tells the one behind it what its last slab does to the ghosts there, and moves its first slab on,
 //! 4. member 0, the *lead*, gets what grains do to bodies, and sums it in the order of the slabs.
 //!
-//! Slabs, lists, sums and their order are those of an engine alone ([`super::rebuild`](mod@super::rebuild), [`super::step`]): the same bits for any number of members, this engine against the shared one included.
-//! Lists are made anew by all members in the same step. What the places of grains decide about slabs ([`making`]) is told to all; grains and their memories go to the member where their
+//! Slabs, lists, sums and their order are those of an engine alone (`rebuild.rs`, `step.rs`): the same bits for any number of members, this engine against the shared one included.
+//! Lists are made anew by all members in the same step. What the places of grains decide about slabs (`making.rs`) is told to all; grains and their memories go to the member where their
 //! slab is then. Now and then cuts move to where the work is (`balance.rs`).
 
 mod balance;
@@ -51,7 +51,16 @@ pub trait Links: Send {
     /// # Errors
     /// The team is broken.
     fn any(&mut self, mine: bool) -> Result<bool, DemError> {
-        Ok(self.all(vec![u8::from(mine)])?.iter().any(|m| m[..] == [1]))
+        // Each learns what twice as many know in every round: asked at every step, by thousands of members.
+        let (index, size) = (self.index(), self.size());
+        let (mut found, mut known) = (mine, 1);
+        while known < size {
+            let (to, from) = ((index + known) % size, (index + size - known) % size);
+            let came = self.round(vec![(to, vec![u8::from(found)])], &[from])?;
+            found |= came.first().is_some_and(|m| m[..] == [1]);
+            known *= 2;
+        }
+        Ok(found)
     }
 
     /// What all members have, in their order.
@@ -60,11 +69,19 @@ pub trait Links: Send {
     /// The team is broken.
     fn all(&mut self, mine: Vec<u8>) -> Result<Vec<Vec<u8>>, DemError> {
         let (index, size) = (self.index(), self.size());
-        let others: Vec<usize> = (0..size).filter(|k| *k != index).collect();
-        let out = others.iter().map(|k| (*k, mine.clone())).collect();
-        let mut all = self.round(out, &others)?;
-        all.insert(index, mine);
-        Ok(all)
+        // Known so far: of this member, of the one before it, and so on; twice as many after every round.
+        let mut known = vec![mine];
+        while known.len() < size {
+            let more = known.len().min(size - known.len());
+            let (to, from) = ((index + known.len()) % size, (index + size - known.len()) % size);
+            let came = self.round(vec![(to, pack(&known[..more].to_vec())?)], &[from])?;
+            let theirs: Vec<Vec<u8>> = unpack(came.first().map_or(&[], |m| m))?;
+            known.extend(theirs);
+        }
+        known.reverse();
+        // The last is this member's now.
+        known.rotate_left((size - 1 - index) % size);
+        Ok(known)
     }
 }
 
@@ -77,6 +94,8 @@ pub struct Spread {
     /// The members before and behind the cuts, where there are any.
     before: Option<usize>,
     behind: Option<usize>,
+    /// From where to where along x the grains of each member reach until the next rebuild (m).
+    reach: Vec<[f64; 2]>,
     /// How many of the first grains the member before looks at.
     front: usize,
     /// Copies of the grains that the last slab looks at behind the cut, and their numbers.
@@ -98,6 +117,7 @@ impl Spread {
             links: Mutex::new(links),
             before: None,
             behind: None,
+            reach: Vec::new(),
             front: 0,
             ghosts: Vec::new(),
             ghost_ids: Vec::new(),

@@ -42,3 +42,25 @@ impl Links for Thread {
         from.iter().map(|&k| self.from[k].recv().map_err(|_| gone(k))).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_learn_what_all_have() {
+        for size in 1..9 {
+            std::thread::scope(|scope| {
+                for mut links in team_of_threads(size) {
+                    scope.spawn(move || {
+                        let mine = vec![links.index() as u8; links.index() + 1];
+                        let expected: Vec<Vec<u8>> = (0..size).map(|k| vec![k as u8; k + 1]).collect();
+                        assert_eq!(links.all(mine).unwrap(), expected);
+                        let last = links.index() + 1 == size;
+                        assert!(links.any(last).unwrap() && !links.any(false).unwrap());
+                    });
+                }
+            });
+        }
+    }
+}

@@ -99,8 +99,8 @@ struct Notes {
     /// Number sent to rank 0, or heard from each.
     told: u64,
     heard: Vec<u64>,
-    /// Ranks that are still to be told to stop.
-    stop: Option<std::ops::Range<usize>>,
+    /// Ranks that are still to be told to stop: those who listen.
+    stop: Vec<usize>,
 }
 
 impl Aside for Notes {
@@ -117,8 +117,7 @@ impl Aside for Notes {
             if !self.relay.is_stop_asked() {
                 return None;
             }
-            let size = self.heard.len();
-            (self.stop.get_or_insert(1..size).next()?, Note::Stop)
+            (self.stop.pop()?, Note::Stop)
         } else {
             (0, self.relay.say()?)
         };
@@ -175,7 +174,13 @@ impl Job {
             teams.push((unit, all, team));
         }
         Self {
-            notes: Notes { relay, rank, told: 0, heard: vec![0; size], stop: None },
+            notes: Notes {
+                relay,
+                rank,
+                told: 0,
+                heard: vec![0; size],
+                stop: (1..size).filter(|r| !serve[*r]).collect(),
+            },
             owner: ranks.iter().map(|r| r.first as usize).collect(),
             world,
             rank,
