@@ -152,7 +152,7 @@ fn bench_team(n: usize, members: usize, beds: Option<&Path>, skin: f64) -> Outco
     let height = Surface::of(&state, length, width).mean();
     let (messages, bytes) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
     let steps = (20_000_000 / n).clamp(50, 2000) as u32;
-    let member = |links: Box<dyn Links>| -> Result<(f64, f64, [u64; 2]), DemError> {
+    let member = |links: Box<dyn Links>| -> Result<(f64, f64, [u64; 2], u32), DemError> {
         let links = Box::new(Counted { links, messages: Arc::clone(&messages), bytes: Arc::clone(&bytes) });
         let mut engine = CpuEngine::spread(setup.clone(), &state, links, 1)?;
         let wheel = |centre, vx: f64, vz, w| {
@@ -167,7 +167,9 @@ fn bench_team(n: usize, members: usize, beds: Option<&Path>, skin: f64) -> Outco
         let (before, start, cpu) = (count(), Instant::now(), cpu_seconds());
         engine.advance(steps, &mut wheel([x + 0.004, 0.0, height + 0.38], 1.0, 0.0, 1.5 / 0.4))?;
         let after = count();
-        Ok((start.elapsed().as_secs_f64(), cpu_seconds() - cpu, [after[0] - before[0], after[1] - before[1]]))
+        let (clock, processor) = (start.elapsed().as_secs_f64(), cpu_seconds() - cpu);
+        let ghosts = engine.state().slabs.last().map_or(0, |s| s.halo - s.last);
+        Ok((clock, processor, [after[0] - before[0], after[1] - before[1]], ghosts))
     };
     let told = std::thread::scope(|scope| {
         let member = &member;
@@ -175,10 +177,10 @@ fn bench_team(n: usize, members: usize, beds: Option<&Path>, skin: f64) -> Outco
         all.into_iter().map(|m| m.join()).next()
     });
     let Some(Ok(told)) = told else { return Err("a member has panicked".into()) };
-    let (clock, processor, [messages, bytes]) = told?;
+    let (clock, processor, [messages, bytes], ghosts) = told?;
     let (work, steps) = (n as f64 * f64::from(steps) / 1e6, f64::from(steps));
     println!(
-        "{{\"grains\":{n},\"members\":{members},\"rate\":{:.4},\"per_cpu\":{:.4},\"messages\":{:.2},\"bytes\":{:.0}}}",
+        "{{\"grains\":{n},\"members\":{members},\"rate\":{:.4},\"per_cpu\":{:.4},\"messages\":{:.2},\"bytes\":{:.0},\"ghosts\":{ghosts}}}",
         work / clock,
         work / processor,
         messages as f64 / steps,

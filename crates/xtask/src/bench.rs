@@ -7,6 +7,7 @@ mod dem_c;
 mod master;
 mod mpi;
 mod output;
+mod scaling;
 mod tire;
 mod vehicle;
 mod vehicle_on_soil;
