@@ -14,6 +14,7 @@ const NAMES: [&str; 3] = ["OspSystemStructure.xml", "rig_OspModelDescription.xml
 /// Imports it. Gives whether it was taken over.
 pub fn read(bytes: &[u8]) -> bool {
     let folder = documents::lay(bytes, &NAMES);
+    let folder = folder.path();
     let (imported, _) = match osp::read(folder, &[], folder) {
         Ok(imported) => imported,
         Err(faults) => {

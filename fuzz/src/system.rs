@@ -13,6 +13,7 @@ const NAMES: [&str; 3] = ["SystemStructure.ssd", "values.ssv", "names.ssm"];
 /// Checks it.
 pub fn read(bytes: &[u8]) {
     let folder = documents::lay(bytes, &NAMES);
+    let folder = folder.path();
     let options = Options { need_library: false, ..Options::default() };
     let mut faults = Faults::new();
     if let Some(description) = description::read(folder, &mut faults) {
