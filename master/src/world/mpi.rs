@@ -23,6 +23,8 @@ const NOTE: mpi::Tag = 2;
 struct Mpi {
     world: SimpleCommunicator,
     neighbours: usize,
+    /// Whether this machine has more ranks than cores.
+    crowded: bool,
     /// Last: MPI ends with it.
     _universe: Universe,
 }
@@ -41,19 +43,28 @@ pub fn initialise() -> Result<Box<dyn World>, Broken> {
     }
     let world = universe.world();
     let neighbours = world.split_shared(world.rank()).size() as usize;
-    Ok(Box::new(Mpi { world, neighbours, _universe: universe }))
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    Ok(Box::new(Mpi { world, neighbours, crowded: neighbours > cores, _universe: universe }))
 }
 
 /// Waiting that leaves the core to others.
-#[derive(Default)]
-struct Patience(u32);
+struct Patience {
+    looks: u32,
+    /// Looks before it begins to sleep.
+    most: u32,
+}
 
 impl Patience {
+    /// Where every rank has a core, half a second of looking is cheaper than waking up late; where ranks share cores, somebody else needs it.
+    fn new(crowded: bool) -> Self {
+        Self { looks: 0, most: if crowded { 2000 } else { 2_000_000 } }
+    }
+
     fn wait(&mut self) {
-        self.0 += 1;
-        match self.0 {
+        self.looks += 1;
+        match self.looks {
             0..300 => std::hint::spin_loop(),
-            300..2000 => std::thread::yield_now(),
+            looks if looks < self.most => std::thread::yield_now(),
             // By now some milliseconds have passed: another 50 microseconds do not matter.
             _ => std::thread::sleep(Duration::from_micros(50)),
         }
@@ -114,7 +125,7 @@ impl World for Mpi {
                 let process = this.world.process_at_rank(*to as i32);
                 sends.add(process.immediate_send_with_tag(scope, &bytes[..], ROUND));
             }
-            let mut patience = Patience::default();
+            let mut patience = Patience::new(this.crowded);
             let mut missing = into.len();
             let mut here = vec![false; into.len()];
             while missing > 0 {
@@ -129,14 +140,14 @@ impl World for Mpi {
                     this.exchange_notes(aside);
                 }
                 if came {
-                    patience = Patience::default();
+                    patience = Patience::new(this.crowded);
                 } else if missing > 0 {
                     patience.wait();
                 }
             }
             // The others take these when they come to their round.
             let mut done = Vec::new();
-            let mut patience = Patience::default();
+            let mut patience = Patience::new(this.crowded);
             while sends.incomplete() > 0 {
                 sends.test_some(&mut done);
                 if let Some(aside) = aside.as_deref_mut() {
