@@ -1,6 +1,6 @@
 //! The rounds of a [`Job`] while its units are stepped.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::bytes::{Packer, Unpacker};
 use super::cargo::Cargo;
@@ -102,10 +102,16 @@ impl System {
 
     fn round(&mut self, job: &mut Job, tick: u64) -> Result<(), Failure> {
         let begin = Instant::now();
+        let mut watching = Duration::ZERO;
         let all = std::mem::take(&mut self.read_all);
         let length = self.plan.clock.length(1);
         if !job.idle {
-            let read = self.read_outputs(tick).and_then(|()| self.read_watches(tick, all, |unit| job.is_here(unit)));
+            let read = self.read_outputs(tick).and_then(|()| {
+                let looked = Instant::now();
+                let read = self.read_watches(tick, all, |unit| job.is_here(unit));
+                watching = looked.elapsed();
+                read
+            });
             if let Err(failure) = read {
                 // A unit that has ended the run need not have outputs any more.
                 if self.ended.is_some() {
@@ -149,7 +155,8 @@ impl System {
         }
         // Who ended the run steps no more.
         job.idle |= self.ended.is_some();
-        self.clockwork.coupling += (begin.elapsed() - waited).as_secs_f64();
+        self.clockwork.coupling += begin.elapsed().saturating_sub(waited + watching).as_secs_f64();
+        self.clockwork.watching += watching.as_secs_f64();
         self.clockwork.waiting += waited.as_secs_f64();
         Ok(())
     }
