@@ -70,7 +70,7 @@ pub fn write(folder: &Path, m: &Measured) -> Result<()> {
          of a processor, rebuilds included | {:.2e} |\n| bytes per step and grain at a cut | {:.0} |\n| network (assumed): latency, bandwidth | {LATENCY:.1e} s, {BANDWIDTH:.0e} B/s |\n| packing (assumed) | {PACKING:.0e} B/s \
          |\n\nBeds of grains of 12 mm, 0.3 m deep, two and a half times as long as wide, one core a member. A step is the work of the member with most layers of cells; places and forces across a cut, one after the \
          other; the question whether lists must be made anew (log2 rounds); what tires and ground tell each other; slabs told to all at a rebuild, layers at one that makes all anew. No member has less than one layer: cuts are along \
-         one axis. Not in the model: soil that sleeps, uneven cores, a network that others use.\n\n",
+         one axis. Not in the model: a wheel whose contacts one member computes while the others wait (measured on two members: see mpi.md), soil that sleeps, uneven cores, a network that others use.\n\n",
         m.rate, m.bytes
     );
     let ranks = [1.0, 2.0, 10.0, 100.0, 1000.0, 10_000.0];
