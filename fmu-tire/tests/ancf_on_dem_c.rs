@@ -1,11 +1,14 @@
 //! The flexible tire on complementarity soil, exchanged every millisecond while the tire takes inner steps of 4e-5 s: whether it rings, what the
 //! choices of the exchange do, what the coupling makes of energy. The table is in `docs/dem-c.md`.
 
+mod ancf_support;
+
+use ancf_support::soil::{Forces, Soil, surface_velocity};
 use fmu_tire::ancf::spec::{HMMWV_LUMPED, parse};
 use fmu_tire::ancf::tire::{Tire, Wrench};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
-use terramech_fmi2::instance::Instance;
+use terramech_fmi2::Model;
 use terramech_mechanics::RigidState;
 use terramech_mechanics::sparse::Precision;
 
@@ -58,56 +61,8 @@ struct Case {
 const OURS: Case =
     Case { exchange: 1e-3, motion: Motion::Told, spread: Spread::Mean, springs: false, damping: 0.005, until: 0.1 };
 
-type Forces = Vec<(u32, [f64; 3])>;
-
-struct Soil(Instance);
-
-impl Soil {
-    fn new(springs: bool, strings: &[(&str, &str)]) -> Self {
-        let model = if springs { fmu_terrain::dem_p::model() } else { fmu_terrain::dem_c::model() };
-        let mut soil = Self(Instance::new(model, None, Box::new(|_, _| ())));
-        for (name, value) in [("specification", BED), ("body[1].shape", "mesh")].iter().chain(strings) {
-            let vr = soil.vr(name);
-            soil.0.set_string(vr, value).unwrap();
-        }
-        soil.0.setup(0.0, None).unwrap();
-        soil.0.enter_initialization().unwrap();
-        soil
-    }
-
-    fn vr(&self, name: &str) -> u32 {
-        self.0.model().table.find(name).unwrap_or_else(|| panic!("no variable {name}")).0
-    }
-
-    fn height(&mut self) -> f64 {
-        let vr = self.vr("height");
-        self.0.real(vr).unwrap()
-    }
-
-    fn take(&mut self, tire: &Tire, velocity: &[f64], centre: &Vector3<f64>) {
-        for (axis, x) in ["x", "y", "z"].iter().zip(centre.iter()) {
-            let vr = self.vr(&format!("body[1].position.{axis}"));
-            self.0.set_real(vr, *x).unwrap();
-        }
-        let surface = &tire.mesh.surface;
-        let (p, v, t) = (self.vr("body[1].position"), self.vr("body[1].velocity"), self.vr("body[1].triangle"));
-        self.0.set_real_array(p, &surface.all(&tire.state.shell.q).collect::<Vec<_>>()).unwrap();
-        self.0.set_real_array(v, velocity).unwrap();
-        let triangles: Vec<i32> = surface.triangles.iter().flatten().map(|&k| k as i32).collect();
-        self.0.set_integer_array(t, &triangles).unwrap();
-    }
-
-    fn forces(&mut self) -> Forces {
-        let (i, f) = (self.vr("body[1].contact.index"), self.vr("body[1].contact.force"));
-        let index = self.0.integer_array(i).unwrap().to_vec();
-        let force = self.0.real_array(f).unwrap();
-        index.iter().zip(force.chunks_exact(3)).map(|(&i, f)| (i as u32, [f[0], f[1], f[2]])).collect()
-    }
-
-    fn vector(&mut self, name: &str) -> Vector3<f64> {
-        let names = ["x", "y", "z"].map(|a| self.vr(&format!("body[1].{name}.{a}")));
-        names.map(|vr| self.0.real(vr).unwrap()).into()
-    }
+fn ground(springs: bool) -> Model {
+    if springs { fmu_terrain::dem_p::model() } else { fmu_terrain::dem_c::model() }
 }
 
 fn wheel(time: f64, height: f64) -> RigidState {
@@ -153,12 +108,11 @@ fn ride(case: Case, bed: Option<&str>) -> Ride {
     spec.damping = case.damping;
     let mut tire = Tire::new(&spec, Precision::Single).unwrap();
     let compliance = tire.compliance(case.exchange).into_iter().fold(0.0, f64::max);
-    let mut soil = Soil::new(case.springs, bed.map(|b| ("bed_load", b)).as_slice());
+    let mut soil = Soil::new(ground(case.springs), BED, bed.map(|b| ("bed_load", b)).as_slice());
     let reach = tire.state.shell.q.chunks(6).map(|n| -n[2]).fold(0.0, f64::max);
-    let height = soil.height() + reach + 1e-3;
+    let height = soil.get("height") + reach + 1e-3;
     tire.place(&wheel(0.0, height));
-    let velocity = |t: &Tire| t.mesh.surface.all(&t.state.shell.v).collect::<Vec<f64>>();
-    let mut v = velocity(&tire);
+    let mut v = surface_velocity(&tire);
     soil.take(&tire, &v, &wheel(0.0, height).position);
     soil.0.exit_initialization().unwrap();
     let h = case.exchange;
@@ -173,7 +127,7 @@ fn ride(case: Case, bed: Option<&str>) -> Ride {
         let time = k as f64 * h;
         let told = wheel(time, height);
         let forces = soil.forces();
-        v = velocity(&tire);
+        v = surface_velocity(&tire);
         let shown: Vec<f64> = match case.motion {
             Motion::Told => v.clone(),
             Motion::Still => vec![0.0; v.len()],
@@ -214,7 +168,7 @@ fn ride(case: Case, bed: Option<&str>) -> Ride {
             }
         }
         let new = soil.forces();
-        let after = velocity(&tire);
+        let after = surface_velocity(&tire);
         {
             let mean: Vec<f64> = v.iter().zip(&after).map(|(a, b)| 0.5 * (a + b)).collect();
             let taken: f64 = forces.iter().map(|(i, f)| dot(f, &mean[3 * *i as usize..])).sum();
@@ -292,8 +246,8 @@ fn the_measure_shows_a_tire_that_rings() {
 fn what_the_choices_of_the_exchange_do() {
     let file = std::env::temp_dir().join(format!("ancf_on_dem_c-{}.bed", std::process::id()));
     let bed = file.to_str().unwrap();
-    let mut soil = Soil::new(true, &[("bed_save", bed)]);
-    soil.height();
+    let mut soil = Soil::new(ground(true), BED, &[("bed_save", bed)]);
+    soil.get("height");
     soil.0.exit_initialization().unwrap();
     let base = OURS;
     let slow = Case { exchange: 2e-4, ..base };

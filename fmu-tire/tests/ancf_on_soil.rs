@@ -3,10 +3,10 @@
 mod ancf_support;
 
 use ancf_support::report;
+use ancf_support::soil::{Soil, surface_velocity};
 use fmu_tire::ancf::spec::{HMMWV_LUMPED, parse};
 use fmu_tire::ancf::tire::Tire;
 use nalgebra::{UnitQuaternion, Vector3};
-use terramech_fmi2::instance::Instance;
 use terramech_mechanics::RigidState;
 use terramech_mechanics::sparse::Precision;
 
@@ -18,55 +18,6 @@ const SPEED: f64 = 0.5;
 
 const BED: &str = r#"{"soil": {"radius": {"uniform": {"least": 0.0115, "greatest": 0.0125}}, "density": 2500.0, "friction": 0.9,
     "restitution": 0.2, "young_modulus": 1e7, "poisson_ratio": 0.3}, "bed": {"length": 0.9, "width": 0.5, "fill": {"depth": 0.08}, "seed": 1}}"#;
-
-struct Soil(Instance);
-
-impl Soil {
-    fn new() -> Self {
-        let mut soil = Self(Instance::new(fmu_terrain::dem_p::model(), None, Box::new(|_, _| ())));
-        for (name, value) in [("specification", BED), ("body[1].shape", "mesh")] {
-            let vr = soil.vr(name);
-            soil.0.set_string(vr, value).unwrap();
-        }
-        soil.0.setup(0.0, None).unwrap();
-        soil.0.enter_initialization().unwrap();
-        soil
-    }
-
-    fn vr(&self, name: &str) -> u32 {
-        self.0.model().table.find(name).unwrap_or_else(|| panic!("no variable {name}")).0
-    }
-
-    fn get(&mut self, name: &str) -> f64 {
-        let vr = self.vr(name);
-        self.0.real(vr).unwrap()
-    }
-
-    /// The tire's surface now, and the point that moments are about.
-    fn take(&mut self, tire: &Tire, centre: &Vector3<f64>) {
-        for (axis, x) in ["x", "y", "z"].iter().zip(centre.iter()) {
-            let vr = self.vr(&format!("body[1].position.{axis}"));
-            self.0.set_real(vr, *x).unwrap();
-        }
-        let surface = &tire.mesh.surface;
-        let (p, v, t) = (self.vr("body[1].position"), self.vr("body[1].velocity"), self.vr("body[1].triangle"));
-        self.0.set_real_array(p, &surface.all(&tire.state.shell.q).collect::<Vec<_>>()).unwrap();
-        self.0.set_real_array(v, &surface.all(&tire.state.shell.v).collect::<Vec<_>>()).unwrap();
-        let triangles: Vec<i32> = surface.triangles.iter().flatten().map(|&k| k as i32).collect();
-        self.0.set_integer_array(t, &triangles).unwrap();
-    }
-
-    fn forces(&mut self) -> Vec<(u32, [f64; 3])> {
-        let (i, f) = (self.vr("body[1].contact.index"), self.vr("body[1].contact.force"));
-        let index = self.0.integer_array(i).unwrap().to_vec();
-        let force = self.0.real_array(f).unwrap();
-        index.iter().zip(force.chunks_exact(3)).map(|(&i, f)| (i as u32, [f[0], f[1], f[2]])).collect()
-    }
-
-    fn vector(&mut self, name: &str) -> Vector3<f64> {
-        ["x", "y", "z"].map(|a| self.get(&format!("{name}.{a}"))).into()
-    }
-}
 
 fn wheel(time: f64, height: f64) -> RigidState {
     let omega = SPEED / 0.46;
@@ -92,17 +43,17 @@ fn sink(stiffness: Option<f64>) -> (f64, [f64; 3]) {
     // The same inflated shape for all, so that only what gives under the load differs.
     spec.pressure *= factor;
     let mut tire = Tire::new(&spec, Precision::Single).unwrap();
-    let mut soil = Soil::new();
+    let mut soil = Soil::new(fmu_terrain::dem_p::model(), BED, &[]);
     let reach = tire.state.shell.q.chunks(6).map(|n| -n[2]).fold(0.0, f64::max);
     let height = soil.get("height") + reach + 1e-3;
     tire.place(&wheel(0.0, height));
-    soil.take(&tire, &wheel(0.0, height).position);
+    soil.take(&tire, &surface_velocity(&tire), &wheel(0.0, height).position);
     soil.0.exit_initialization().unwrap();
     let (mut mean, mut worst) = (0.0, [0.0f64; 3]);
     for k in 0..STEPS {
         let told = wheel(k as f64 * H, height);
         let forces = soil.forces();
-        soil.take(&tire, &told.position);
+        soil.take(&tire, &surface_velocity(&tire), &told.position);
         soil.0.do_step(k as f64 * H, H).unwrap();
         match stiffness {
             None => tire.place(&wheel((k + 1) as f64 * H, height)),
@@ -120,7 +71,7 @@ fn sink(stiffness: Option<f64>) -> (f64, [f64; 3]) {
             }
         }
         // What the soil felt is what the vertices get: force, and the moment at the arms of the step's middle.
-        let (force, moment) = (soil.vector("body[1].force"), soil.vector("body[1].moment"));
+        let (force, moment) = (soil.vector("force"), soil.vector("moment"));
         let new = soil.forces();
         let sum: Vector3<f64> = new.iter().map(|f| Vector3::from(f.1)).sum();
         worst[0] = worst[0].max((sum - force).norm() / (force.norm() + 1.0));

@@ -1,6 +1,8 @@
 //! Meshes that several shell tests use.
 #![allow(dead_code)]
 
+pub mod soil;
+
 use fmu_tire::ancf::assembly::Fixed;
 use fmu_tire::ancf::laminate::Laminate;
 use fmu_tire::ancf::mesh::{Shell, ShellMesh};
