@@ -52,6 +52,12 @@ enum Task {
     Study {
         /// Study to run (default: all): straight-line, ruts, obstacle, turn, multi-pass, depth, checks.
         name: Option<String>,
+        /// In the size of the publication: hours; one that was stopped goes on. Writes docs/studies/paper-NAME.md.
+        #[arg(long)]
+        paper: bool,
+        /// With --paper: only look at the run in this folder.
+        #[arg(long, value_name = "DIR", requires = "paper")]
+        run: Option<PathBuf>,
     },
     /// Measure; prints a table.
     Bench {
@@ -70,7 +76,7 @@ fn main() -> ExitCode {
         Task::Pack => pack::pack().map(|_| ()),
         Task::Systems => systems::systems(),
         Task::Validate { name } => validate::validate(name.as_deref()),
-        Task::Study { name } => study::study(name.as_deref()),
+        Task::Study { name, paper, run } => study::study(name.as_deref(), paper.then_some(run.as_deref())),
         Task::Soil { args } => soil::soil(&args),
         Task::Bench { name, json } => bench::bench(&name, json.as_deref()),
     };

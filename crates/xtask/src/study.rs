@@ -5,6 +5,7 @@
 
 mod checks;
 mod depth;
+mod paper;
 mod ruts;
 
 use crate::pack;
@@ -25,18 +26,25 @@ const PASSES: usize = 3;
 /// Beds of each cohesion.
 const SEEDS: [u64; 3] = [1, 2, 3];
 
-/// Runs one study, or all.
+/// Runs one study, or all. `published`: in the size of the publication, and perhaps the folder of a run of it that is only looked at.
 ///
 /// # Errors
 /// An unknown name, a run that fails, a file that cannot be written.
-pub fn study(name: Option<&str>) -> Result<()> {
+pub fn study(name: Option<&str>, published: Option<Option<&Path>>) -> Result<()> {
     let known = [&VEHICLE[..], &["ruts", "multi-pass", "depth", "checks"]].concat();
     if let Some(name) = name.filter(|n| !known.contains(n)) {
         bail!("study '{name}' is unknown; there are: {}", known.join(", "));
     }
-    pack::pack()?;
     let docs = root().join("docs/studies");
     std::fs::create_dir_all(&docs).with_context(|| format!("cannot make {}", docs.display()))?;
+    if let Some(folder) = published {
+        let name = name.context("--paper: which study? It takes hours")?;
+        if folder.is_none() {
+            pack::pack()?;
+        }
+        return paper::paper(name, folder, &docs);
+    }
+    pack::pack()?;
     for each in known.into_iter().filter(|k| name.is_none_or(|n| n == *k)) {
         match each {
             "ruts" => ruts::ruts(&docs)?,
@@ -68,19 +76,27 @@ fn terramech_at(file: &Path, out: &Path, more: &[String]) -> Result<()> {
 fn vehicle(name: &str, docs: &Path) -> Result<()> {
     let out = out(name);
     terramech(&format!("{name}/system.ssd"), &out, &[])?;
-    let csv = CsvTable::read(out.join("results.csv"))?;
-    let report = Report::of_run(name, &csv, &[], &Manifest::start("", vec![]), vec![]);
+    plots(name, name, &CsvTable::read(out.join("results.csv"))?, docs)?;
+    let picture = out.join("scene.png");
+    write(&docs.join(format!("{name}.png")), &std::fs::read(&picture).context("the run drew no scene.png")?)
+}
+
+/// Writes the plots of a vehicle's run as `PREFIX-TITLE.svg`; gives their titles and files.
+fn plots(prefix: &str, name: &str, csv: &CsvTable, docs: &Path) -> Result<Vec<(String, String)>> {
+    let report = Report::of_run(name, csv, &[], &Manifest::start("", vec![]), vec![]);
+    let mut written = Vec::new();
     for section in report.sections.iter().filter(|s| s.title.starts_with("Driving") || s.title == "Energy") {
         for item in &section.items {
             if let Item::Plot(plot) = item {
                 let slug: String =
                     plot.title.to_lowercase().chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect();
-                write(&docs.join(format!("{name}-{slug}.svg")), plot.svg().as_bytes())?;
+                let file = format!("{prefix}-{slug}.svg");
+                write(&docs.join(&file), plot.svg().as_bytes())?;
+                written.push((plot.title.clone(), file));
             }
         }
     }
-    let picture = out.join("scene.png");
-    write(&docs.join(format!("{name}.png")), &std::fs::read(&picture).context("the run drew no scene.png")?)
+    Ok(written)
 }
 
 fn passes(docs: &Path) -> Result<()> {
