@@ -100,15 +100,41 @@ fn each_engine_starts_from_the_bed_of_the_other() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-#[test]
-fn a_solver_that_does_not_converge_and_odd_adhesion_are_told() {
+/// A unit whose log is kept.
+fn heard(model: terramech_fmi2::Model) -> (Instance, Arc<Mutex<Vec<String>>>) {
     let told = Arc::new(Mutex::new(Vec::<String>::new()));
     let log = Arc::clone(&told);
-    let mut i = Instance::new(
-        fmu_terrain::dem_c::model(),
-        None,
-        Box::new(move |_, text| log.lock().unwrap().push(text.into())),
-    );
+    (Instance::new(model, None, Box::new(move |_, text| log.lock().unwrap().push(text.into()))), told)
+}
+
+#[test]
+fn offsets_that_do_not_come_along_to_the_other_engine_are_told() {
+    const OFFSET: &str = r#"{"soil": {"radius": {"equal": 0.006}, "rolling_friction": 0.1, "young_modulus": 1e8, "adhesion": {"pressure": 2e4}},
+        "bed": {"length": 0.16, "width": 0.1, "fill": {"depth": 0.04}, "adhesion_onset": "offset"}}"#;
+    let file = std::env::temp_dir().join(format!("terramech-offset-{}.bed", std::process::id()));
+    let path = file.to_str().unwrap();
+    let mut i = make(fmu_terrain::dem_p::model(), &[("specification", OFFSET), ("bed_save", path)]);
+    i.enter_initialization().unwrap();
+    // The bed is made when something of it is read.
+    real(&mut i, "height");
+    for (model, warned) in [(fmu_terrain::dem_p::model(), false), (fmu_terrain::dem_c::model(), true)] {
+        let (mut j, told) = heard(model);
+        for (name, value) in [("specification", OFFSET), ("bed_load", path)] {
+            let v = vr(&j, name);
+            j.set_string(v, value).unwrap();
+        }
+        j.setup(0.0, None).unwrap();
+        j.enter_initialization().unwrap();
+        real(&mut j, "height");
+        let told = told.lock().unwrap();
+        assert_eq!(told.iter().any(|t| t.contains("count from an offset")), warned, "{told:?}");
+    }
+    std::fs::remove_file(file).unwrap();
+}
+
+#[test]
+fn a_solver_that_does_not_converge_and_odd_adhesion_are_told() {
+    let (mut i, told) = heard(fmu_terrain::dem_c::model());
     // 20 kPa, given in kPa.
     let text = r#"{"soil": {"radius": {"equal": 0.01}, "adhesion": {"pressure": 0.02}},
         "bed": {"length": 0.12, "width": 0.1, "fill": {"depth": 0.03}}, "dem_c": {"iterations": 1, "tolerance": 1e-12}}"#;

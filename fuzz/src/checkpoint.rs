@@ -24,7 +24,7 @@ pub fn read(bytes: &[u8]) {
 /// After the magic number: length of the header, header, states.
 fn system(bytes: &[u8]) {
     let _ = Checkpoint::decode(bytes);
-    let mut sealed = b"TMCHECK1".to_vec();
+    let mut sealed = b"TMCHECK2".to_vec();
     sealed.extend_from_slice(bytes);
     let hash = Sha256::digest(&sealed);
     sealed.extend_from_slice(&hash);

@@ -14,7 +14,7 @@ use crate::check::plan::Plan;
 use crate::coupling::{CouplingState, Failure, UnitState};
 use crate::record::Saved;
 
-const MAGIC: &[u8; 8] = b"TMCHECK1";
+const MAGIC: &[u8; 8] = b"TMCHECK2";
 /// Subfolder of a run's folder.
 const FOLDER: &str = "checkpoint";
 /// Bytes a header may have.
@@ -45,6 +45,9 @@ pub struct How {
     /// `--stop-when`.
     #[serde(default)]
     pub stop_when: Vec<String>,
+    /// `--pieces`.
+    #[serde(default)]
+    pub pieces: bool,
     /// `--checkpoint-every`.
     pub every: Option<String>,
     /// `--keep-checkpoints`.
@@ -68,14 +71,17 @@ pub struct Header {
     pub time: f64,
     /// Wall time of the run so far (s).
     pub wall_seconds: f64,
-    /// Name, GUID, bytes and number of steps of each unit.
-    pub(crate) units: Vec<(String, String, u64, u64)>,
+    /// Name, GUID and number of bytes of each unit.
+    pub(crate) units: Vec<(String, String, u64)>,
     /// What the coupling remembers.
     pub coupling: CouplingState,
     /// What the algorithm remembers, as bits.
     pub algorithm: Vec<u64>,
     /// Where the recording stands.
     pub recording: Saved,
+    /// Files beside this one that hold parts of states, and their bytes.
+    #[serde(default)]
+    pub pieces: Vec<(String, u64)>,
 }
 
 /// A checkpoint.
@@ -119,8 +125,7 @@ impl Checkpoint {
     /// A header that cannot be written as JSON.
     pub fn encode(&self) -> Result<Vec<u8>, Failure> {
         let mut header = self.header.clone();
-        header.units =
-            self.units.iter().map(|u| (u.name.clone(), u.guid.clone(), u.bytes.len() as u64, u.calls)).collect();
+        header.units = self.units.iter().map(|u| (u.name.clone(), u.guid.clone(), u.bytes.len() as u64)).collect();
         let json = serde_json::to_vec(&header).map_err(|e| Failure::Environment(format!("checkpoint: {e}")))?;
         let size = json.len() + self.units.iter().map(|u| u.bytes.len()).sum::<usize>() + 48;
         let mut bytes = Vec::with_capacity(size);
@@ -162,12 +167,12 @@ impl Checkpoint {
         let (json, mut states) = rest.split_at(length as usize);
         let header: Header = serde_json::from_slice(json).map_err(|e| format!("its header cannot be read: {e}"))?;
         let mut units = Vec::with_capacity(header.units.len().min(states.len() + 1));
-        for (name, guid, size, calls) in &header.units {
+        for (name, guid, size) in &header.units {
             let size = usize::try_from(*size).ok().filter(|n| *n <= states.len());
             let size = size.ok_or_else(|| format!("the state of unit {name} is not whole"))?;
             let (state, more) = states.split_at(size);
             states = more;
-            units.push(UnitState { name: name.clone(), guid: guid.clone(), bytes: state.to_vec(), calls: *calls });
+            units.push(UnitState { name: name.clone(), guid: guid.clone(), bytes: state.to_vec() });
         }
         if !states.is_empty() {
             return Err(format!("{} bytes belong to no unit", states.len()));
@@ -179,12 +184,36 @@ impl Checkpoint {
     ///
     /// # Errors
     /// [`Failure::Results`]; the checkpoints before it are untouched then.
-    pub fn write(&self, folder: &RunFolder, keep: usize) -> Result<(), Failure> {
+    pub fn write(&mut self, folder: &RunFolder, keep: usize) -> Result<(), Failure> {
+        self.header.pieces.clear();
+        for (name, bytes) in pieces(folder.path(), |tick| tick == self.header.tick) {
+            folder.adopt(&format!("{FOLDER}/{name}"))?;
+            self.header.pieces.push((name, bytes));
+        }
         folder.write_durably(&format!("{FOLDER}/{:012}.tmc", self.header.tick), &self.encode()?)?;
         let files = list(folder.path());
         for (_, path) in files.iter().rev().skip(keep.max(1)) {
             if let Some(name) = path.file_name() {
                 folder.remove(&format!("{FOLDER}/{}", name.to_string_lossy()))?;
+            }
+        }
+        // Pieces of those, and of one that was never finished.
+        let kept: Vec<u64> = files.iter().rev().take(keep.max(1)).map(|f| f.0).collect();
+        for (name, _) in pieces(folder.path(), |tick| !kept.contains(&tick)) {
+            folder.adopt(&format!("{FOLDER}/{name}"))?;
+            folder.remove(&format!("{FOLDER}/{name}"))?;
+        }
+        Ok(())
+    }
+
+    /// What is wrong with the files beside it.
+    fn check_pieces(&self, folder: &Path) -> Result<(), String> {
+        for (name, bytes) in &self.header.pieces {
+            let path = folder.join(FOLDER).join(name);
+            match std::fs::metadata(&path) {
+                Ok(found) if found.len() == *bytes => {}
+                Ok(found) => return Err(format!("{} has {} bytes of {bytes}", path.display(), found.len())),
+                Err(e) => return Err(format!("{}: {e}", path.display())),
             }
         }
         Ok(())
@@ -221,6 +250,25 @@ fn list(folder: &Path) -> Vec<(u64, PathBuf)> {
     files
 }
 
+/// Files `STEP.UNIT.MEMBER` of checkpoints at some base steps, with their bytes, in order.
+fn pieces(folder: &Path, of: impl Fn(u64) -> bool) -> Vec<(String, u64)> {
+    let entries = std::fs::read_dir(folder.join(FOLDER)).into_iter().flatten().flatten();
+    let mut files: Vec<(String, u64)> = entries
+        .filter_map(|e| {
+            let name = e.file_name().into_string().ok()?;
+            let mut parts = name.split('.');
+            let mut number = || parts.next()?.parse::<u64>().ok();
+            let (tick, _unit, _member) = (number()?, number()?, number()?);
+            // One that was never finished has one more.
+            let is_piece = parts.next().is_none_or(|p| p == "part");
+            (is_piece && of(tick)).then_some(())?;
+            Some((name, e.metadata().ok()?.len()))
+        })
+        .collect();
+    files.sort();
+    files
+}
+
 /// The newest checkpoint that is whole, and what is wrong with newer ones.
 ///
 /// # Errors
@@ -229,7 +277,10 @@ pub fn newest(folder: &Path) -> Result<(Checkpoint, Vec<String>), Failure> {
     let mut remarks = Vec::new();
     for (_, path) in list(folder).into_iter().rev() {
         let read = crate::files::read(&path, &path, u64::MAX).map_err(|fault| fault.to_string());
-        match read.and_then(|bytes| Checkpoint::decode(&bytes)) {
+        let whole = read
+            .and_then(|bytes| Checkpoint::decode(&bytes))
+            .and_then(|checkpoint| checkpoint.check_pieces(folder).map(|()| checkpoint));
+        match whole {
             Ok(checkpoint) => return Ok((checkpoint, remarks)),
             Err(e) => remarks.push(format!("{}: {e}; the checkpoint before it is used", path.display())),
         }
@@ -246,12 +297,7 @@ mod tests {
     use super::*;
 
     fn checkpoint() -> Checkpoint {
-        let unit = |name: &str, bytes: &[u8]| UnitState {
-            name: name.into(),
-            guid: "g".into(),
-            bytes: bytes.to_vec(),
-            calls: 3,
-        };
+        let unit = |name: &str, bytes: &[u8]| UnitState { name: name.into(), guid: "g".into(), bytes: bytes.to_vec() };
         let header = Header { tick: 7, fingerprint: vec![("a".into(), "b".into())], ..Header::default() };
         Checkpoint { header, units: vec![unit("a", b"state of a"), unit("b", b""), unit("c", &[0; 100])] }
     }

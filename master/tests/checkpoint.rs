@@ -7,36 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use support::{Bench, Part, part};
+use support::{Bench, part};
 
-const WIRES: [(&str, &str); 5] = [
-    ("second.force", "first.force"),
-    ("first.position", "second.other.position"),
-    ("first.velocity", "second.other.velocity"),
-    ("source.points.position", "echo.in.position"),
-    ("source.points.id", "echo.in.id"),
-];
-
-/// A system with everything that a checkpoint has to keep: extrapolation, a power bond, units of different steps, arrays, means, a
-/// mesh series; and a unit that sleeps 20 ms a step, so that there is time to kill it.
+/// A system with everything that a checkpoint has to keep, and a unit that sleeps 20 ms a step, so that there is time to kill it.
 fn bench() -> Bench {
-    let first = [("m", "40"), ("k", "150000"), ("d", "0"), ("x0", "0.01")];
-    let second = [("m", "400"), ("k", "0"), ("d", "0"), ("cc", "15000"), ("dc", "1000")];
-    let parts = [
-        part("first", "mass_first", &first),
-        part("second", "mass_second", &second),
-        Part { name: "source", model: "array_source", set: &[], extras: "multiple=\"3\"" },
-        part("echo", "array_echo", &[]),
-        part("nap", "trouble", &[("mode", "slow")]),
-    ];
-    let extras = "<tm:Extrapolation element=\"second\" connector=\"*\" order=\"2\"/>\
-        <tm:Extrapolation element=\"first\" connector=\"*\" order=\"1\"/>\
-        <tm:PowerBond name=\"spring\"><tm:Pair effortElement=\"second\" effortConnector=\"force\" flowElement=\"first\" \
-        flowConnector=\"velocity\"/></tm:PowerBond>\
-        <tm:Recording><tm:Scalars element=\"*\" connector=\"*\"/>\
-        <tm:Dataset name=\"points\" element=\"source\" position=\"points.position\" every=\"0.03\"/></tm:Recording>\
-        <tm:Summary><tm:Item name=\"force\" element=\"second\" connector=\"force\" from=\"0.05\" to=\"0.5\"/></tm:Summary>";
-    Bench::new("0.01", "0.6", &parts, &WIRES, extras)
+    support::of_everything(&[part("nap", "trouble", &[("mode", "slow")])], &[])
 }
 
 fn terramech(bench: &Bench, arguments: &[&str]) -> Command {
@@ -222,7 +197,12 @@ fn a_step_that_varies_is_resumed_to_the_same_bits() {
     let extras = "<tm:Algorithm scheme=\"ecco\" tolerance=\"0.02\" longest=\"0.01\"/>\
         <tm:PowerBond name=\"spring\"><tm:Pair effortElement=\"second\" effortConnector=\"force\" flowElement=\"first\" \
         flowConnector=\"velocity\"/></tm:PowerBond>";
-    let bench = Bench::new("0.0001", "0.6", &parts, &WIRES[..3], extras);
+    let wires = [
+        ("second.force", "first.force"),
+        ("first.position", "second.other.position"),
+        ("first.velocity", "second.other.velocity"),
+    ];
+    let bench = Bench::new("0.0001", "0.6", &parts, &wires, extras);
     reference(&bench);
     let run = |arguments: &[&str]| {
         let out = terramech(&bench, arguments).output().unwrap();

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use support::{Bench, Part, part};
+use support::{Bench, part};
 use terramech::check;
 use terramech::checkpoint::{self, How};
 use terramech::run::{self, Checkpoints, Display, End, Options, Outcome, Placed, Stop};
@@ -109,36 +109,10 @@ fn same(bench: &Bench, one: &str, other: &str) {
     }
 }
 
-const WIRES: [(&str, &str); 7] = [
-    ("second.force", "first.force"),
-    ("first.position", "second.other.position"),
-    ("first.velocity", "second.other.velocity"),
-    ("source.points.position", "echo.in.position"),
-    ("source.points.id", "echo.in.id"),
-    ("source.points.position", "twin.in.position"),
-    ("source.points.id", "twin.in.id"),
-];
-
-/// Everything that crosses: scalars and arrays that change their sizes, extrapolated and held, over steps of different lengths; power bonds; means; frames.
+/// Everything that crosses, one output to two units, and a unit that is coupled to nothing.
 fn bench() -> Bench {
-    let first = [("m", "40"), ("k", "150000"), ("d", "0"), ("x0", "0.01")];
-    let second = [("m", "400"), ("k", "0"), ("d", "0"), ("cc", "15000"), ("dc", "1000")];
-    let parts = [
-        part("first", "mass_first", &first),
-        part("second", "mass_second", &second),
-        Part { name: "source", model: "array_source", set: &[], extras: "multiple=\"3\"" },
-        part("echo", "array_echo", &[]),
-        part("twin", "array_echo", &[]),
-        part("quiet", "trouble", &[]),
-    ];
-    let extras = "<tm:Extrapolation element=\"second\" connector=\"*\" order=\"2\"/>\
-        <tm:Extrapolation element=\"first\" connector=\"*\" order=\"1\"/>\
-        <tm:PowerBond name=\"spring\"><tm:Pair effortElement=\"second\" effortConnector=\"force\" flowElement=\"first\" \
-        flowConnector=\"velocity\"/></tm:PowerBond>\
-        <tm:Recording><tm:Scalars element=\"*\" connector=\"*\"/>\
-        <tm:Dataset name=\"points\" element=\"source\" position=\"points.position\" every=\"0.03\"/></tm:Recording>\
-        <tm:Summary><tm:Item name=\"force\" element=\"second\" connector=\"force\" from=\"0.05\" to=\"0.5\"/></tm:Summary>";
-    Bench::new("0.01", "0.6", &parts, &WIRES, extras)
+    let more = [("source.points.position", "twin.in.position"), ("source.points.id", "twin.in.id")];
+    support::of_everything(&[part("twin", "array_echo", &[]), part("quiet", "trouble", &[])], &more)
 }
 
 const PLACEMENTS: [(usize, [usize; 6]); 6] = [

@@ -2,10 +2,13 @@
 
 import os
 import pathlib
+import re
 import shutil
 import signal
+import struct
 import subprocess
 import time
+import zlib
 
 import pytest
 from test_handling import command
@@ -103,13 +106,73 @@ def test_a_rank_that_dies_leaves_its_last_checkpoint(tmp_path, beds):
     same(tmp_path / "whole", out)
 
 
+def grains(path):
+    """Arrays of a .vtp file (or of the pieces of a .pvtp), by the numbers of the grains: bytes of each grain."""
+    if path.suffix == ".pvtp":
+        pieces = re.findall(r'<Piece Source="([^"]+)"', path.read_text())
+        return {k: v for piece in pieces for k, v in grains(path.parent / piece).items()}
+    data = path.read_bytes()
+    start = data.index(b"_", data.index(b"<AppendedData")) + 1
+    arrays = {}
+    for name, components, offset in re.findall(
+        r'<DataArray type="\w+32" Name="(\w+)" NumberOfComponents="(\d)" format="appended" offset="(\d+)"', data[:start].decode()
+    ):
+        at = start + int(offset)
+        (count,) = struct.unpack_from("<Q", data, at)
+        sizes = struct.unpack_from(f"<{count}Q", data, at + 24)
+        at, raw = at + 24 + 8 * count, b""
+        for size in sizes:
+            raw += zlib.decompress(data[at : at + size])
+            at += size
+        width = 4 * int(components)
+        arrays[name] = [raw[k : k + width] for k in range(0, len(raw), width)]
+    fields = sorted(set(arrays) - {"id", "connectivity", "offsets"})
+    assert "Points" in fields
+    return {number: [arrays[f][k] for f in fields] for k, number in enumerate(arrays["id"])}
+
+
+def test_members_write_their_pieces_and_any_number_of_ranks_goes_on(tmp_path, beds):
+    args = ["run", SINGLE, "--fmu-path", FMUS, "--quiet", "--stop-time", "0.03", "--set", f"terrain.bed_load={beds / 'wheel'}"]
+    done = mpirun(1, *args, "--out", tmp_path / "whole")
+    assert done.returncode == 0, done.stderr
+    out = tmp_path / "pieces"
+    done = mpirun(4, *args, "--out", out, "--checkpoint-every", "0.01", "--place", "terrain=1..3", "--pieces")
+    assert done.returncode == 0, done.stderr
+    assert (out / "results.csv").read_bytes() == (tmp_path / "whole/results.csv").read_bytes()
+    lists = sorted((out / "vtk").glob("*.pvtp"))
+    frames = sorted(p for p in (tmp_path / "whole/vtk").glob("*.vtp") if (out / "vtk" / p.with_suffix(".pvtp").name).exists())
+    assert len(lists) == len(frames) > 0
+    for frame, listed in zip(frames, lists):
+        assert grains(frame) == grains(listed), frame
+        assert not (out / "vtk" / frame.name).exists()
+    assert lists[0].name in (out / "vtk" / (lists[0].name.rsplit("_", 1)[0] + ".pvd")).read_text()
+    # The report's pictures show the soil of the last frame.
+    pictures = [re.findall(r"<svg.*?</svg>", (run / "report.html").read_text(), re.S) for run in (out, tmp_path / "whole")]
+    assert pictures[0] == pictures[1] and sum(p.count("<circle") for p in pictures[0]) > 100
+    # Two checkpoints are kept, each with three pieces, far larger than what names them.
+    states = sorted((out / "checkpoint").iterdir())
+    assert [p.suffix for p in states] == [".1", ".2", ".3", ".tmc"] * 2 or len(states) == 8, states
+    last = [p for p in states if p.name.startswith(states[-1].name.split(".")[0])]
+    assert sum(p.stat().st_size for p in last if p.suffix != ".tmc") > 5 * last[-1].stat().st_size
+    # One that lost a piece gives way to the one before; on other ranks, and then in one process.
+    last[0].unlink()
+    done = mpirun(3, "run", "--resume", out, "--quiet", "--stop-time", "0.03", "--place", "terrain=0..1", "--place", "t*e=0", "--place", "rig=0")
+    assert done.returncode == 0 and "the checkpoint before it is used" in done.stderr, done.stderr
+    assert (out / "results.csv").read_bytes() == (tmp_path / "whole/results.csv").read_bytes()
+    for frame, listed in zip(frames, lists):
+        assert grains(frame) == grains(listed), frame
+    done = subprocess.run([TERRAMECH, "run", "--resume", out, "--quiet", "--stop-time", "0.03"], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert (out / "results.csv").read_bytes() == (tmp_path / "whole/results.csv").read_bytes()
+
+
 def test_wrong_places_and_programs_are_told_before_anything_runs(tmp_path, beds):
     args = ["run", SINGLE, "--fmu-path", FMUS, "--quiet", "--stop-time", "0.01", "--out", tmp_path / "out"]
     done = mpirun(2, *args, "--place", "terrain=0..1", "--place", "tire=1")
     assert done.returncode == 1 and "unit terrain is not spread over" in done.stderr, done.stderr
     done = mpirun(2, *args, "--place", "tire=7", "--place", "rg=0", "--place", "rig=0..1")
     assert done.returncode == 1
-    for part in ['rank="7"', "0 to 1", 'no component "rg"', "terramech_setTeam", "3 faults"]:
+    for part in ['rank="7"', "0 to 1", 'no component "rg"', "announces no Team", "3 faults"]:
         assert done.stderr.count(part) == 1, (part, done.stderr)
     # A program without MPI would do the whole run on each rank.
     done = mpirun(2, *args, binary=str(TERRAMECH))

@@ -6,7 +6,7 @@
 use crate::instance::{Instance, LogSink, Refused};
 use crate::panics;
 use crate::types::*;
-use crate::{LogCategory, Model};
+use crate::{LogCategory, Model, Pieces};
 use std::any::Any;
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_int, c_void};
@@ -88,6 +88,8 @@ macro_rules! export {
                 terramech_setProgress = set_progress(c: C, report: Option<ProgressReport>, env: *mut std::ffi::c_void) -> S;
                 terramech_setTeam = set_team(c: C, team: *const TeamTable) -> S;
                 terramech_serveTeam = serve_team(c: C) -> S;
+                terramech_setPieces = set_pieces(c: C, prefix: Fmi2String) -> S;
+                terramech_writePieces = write_pieces(c: C, prefix: Fmi2String, position: Vr, n: usize, vr: *const Vr, name: *const Fmi2String) -> S;
             );
         }
     };
@@ -162,6 +164,19 @@ unsafe fn slice_mut<'a, T>(function: &str, name: &str, p: *mut T, n: usize) -> R
         // SAFETY: the caller's promise.
         _ => Ok(unsafe { std::slice::from_raw_parts_mut(p, n) }),
     }
+}
+
+/// The prefix of files that a text names; `None` for null.
+///
+/// # Safety
+/// As [`text`].
+unsafe fn prefix_of(function: &str, p: Fmi2String) -> Result<Option<PathBuf>, Refused> {
+    if p.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: the caller's promise.
+    let path = unsafe { text(p) }.map(PathBuf::from).filter(|p| p.is_absolute() && p.file_name().is_some());
+    path.map(Some).ok_or_else(|| refuse(format!("{function}: the prefix is no absolute path of files in UTF-8")))
 }
 
 /// # Safety
@@ -278,51 +293,6 @@ fn resource_folder(uri: &str) -> Result<PathBuf, String> {
     String::from_utf8(bytes)
         .map(PathBuf::from)
         .map_err(|_| format!("fmi2Instantiate: resource location '{uri}' is not UTF-8"))
-}
-
-/// The team of a table.
-struct HostTeam(TeamTable);
-
-// SAFETY: the table is used inside calls of its instance alone, which come from one thread at a time (the extension's contract).
-unsafe impl Send for HostTeam {}
-
-unsafe extern "C" fn deliver(receiver: *mut c_void, k: usize, bytes: *const u8, size: usize) {
-    // SAFETY: `HostTeam::round` hands over its list, which lives through the round.
-    let Some(into) = (unsafe { receiver.cast::<Vec<Vec<u8>>>().as_mut() }) else { return };
-    if let Some(message) = into.get_mut(k)
-        && size > 0
-    {
-        // SAFETY: so many bytes are there (the extension's contract).
-        message.extend_from_slice(unsafe { std::slice::from_raw_parts(bytes, size) });
-    }
-}
-
-impl crate::unit::Team for HostTeam {
-    fn index(&self) -> usize {
-        self.0.index
-    }
-
-    fn size(&self) -> usize {
-        self.0.size
-    }
-
-    fn round(&mut self, out: &[(usize, Vec<u8>)], from: &[usize]) -> Result<Vec<Vec<u8>>, crate::UnitError> {
-        let to: Vec<usize> = out.iter().map(|m| m.0).collect();
-        let bytes: Vec<*const u8> = out.iter().map(|m| m.1.as_ptr()).collect();
-        let sizes: Vec<usize> = out.iter().map(|m| m.1.len()).collect();
-        let mut came = vec![Vec::new(); from.len()];
-        let TeamTable { env, round, .. } = self.0;
-        let (n_in, receiver) = (from.len(), std::ptr::from_mut(&mut came).cast());
-        // SAFETY: the table is valid as long as the instance; the lists have the lengths that are told.
-        let status = unsafe {
-            round(env, out.len(), to.as_ptr(), bytes.as_ptr(), sizes.as_ptr(), n_in, from.as_ptr(), deliver, receiver)
-        };
-        if status == 0 {
-            Ok(came)
-        } else {
-            Err(crate::UnitError::environment("the members of the team have lost each other"))
-        }
-    }
 }
 
 macro_rules! exports {
@@ -548,10 +518,33 @@ exports! {
     fn set_team("terramech_setTeam"; h, team: *const TeamTable) {
         // SAFETY: the caller's promise.
         let table = unsafe { slice("terramech_setTeam", "team", team, 1)? };
-        h.instance.set_team(Box::new(HostTeam(table[0])))
+        h.instance.set_team(Box::new(crate::host_team::HostTeam(table[0])))
     }
     /// `terramech_serveTeam`.
     fn serve_team("terramech_serveTeam"; h) { h.instance.serve_team() }
+    /// `terramech_setPieces`.
+    fn set_pieces("terramech_setPieces"; h, prefix: Fmi2String) {
+        // SAFETY: the caller's promise.
+        let prefix = unsafe { prefix_of("terramech_setPieces", prefix)? };
+        h.instance.set_pieces(prefix);
+        Ok(())
+    }
+    /// `terramech_writePieces`.
+    fn write_pieces("terramech_writePieces"; h, prefix: Fmi2String, position: Vr, n: usize, vr: *const Vr, name: *const Fmi2String) {
+        // SAFETY: the caller's promise.
+        let prefix = unsafe { prefix_of("terramech_writePieces", prefix)? };
+        let prefix = prefix.ok_or_else(|| refuse("terramech_writePieces: no prefix of files is given"))?;
+        // SAFETY: as above.
+        let (vr, name) = unsafe { (slice("terramech_writePieces", "vr", vr, n)?, slice("terramech_writePieces", "name", name, n)?) };
+        let mut fields = Vec::with_capacity(n);
+        for (&vr, &name) in vr.iter().zip(name) {
+            // SAFETY: as above.
+            let name = unsafe { text(name) };
+            let name = name.ok_or_else(|| refuse(format!("terramech_writePieces: the name for reference {vr} is null or not UTF-8")))?;
+            fields.push((vr, name.to_owned()));
+        }
+        h.instance.write_pieces(&Pieces { prefix, position, fields })
+    }
     /// `fmi2GetFMUstate`: overwrites the state `*state` points to, or makes one when it is null.
     fn get_fmu_state("fmi2GetFMUstate"; h, state: *mut Fmi2FmuState) {
         // SAFETY: the caller's promise.

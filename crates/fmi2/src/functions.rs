@@ -101,4 +101,8 @@ functions! {
     SetTeam = "terramech_setTeam"(c: C, team: *const TeamTable) -> S;
     /// A member other than the lead does what the lead asks, until the lead is freed.
     ServeTeam = "terramech_serveTeam"(c: C) -> S;
+    /// Where the members of a team may leave their parts of saved states: a prefix of files, or NULL for states that hold everything.
+    SetPieces = "terramech_setPieces"(c: C, prefix: Fmi2String) -> S;
+    /// The members of a team write points with fields (`n` arrays and names) as `PREFIX_K.vtp`, and `PREFIX.pvtp`.
+    WritePieces = "terramech_writePieces"(c: C, prefix: Fmi2String, position: Vr, n: usize, vr: *const Vr, name: *const Fmi2String) -> S;
 }

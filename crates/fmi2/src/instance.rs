@@ -4,9 +4,9 @@
 
 use crate::state::{self, Saved};
 use crate::types::*;
-use crate::unit::{LogCategory, Step, Unit, UnitError};
+use crate::unit::{LogCategory, Pieces, Step, Unit, UnitError};
 use crate::values::Values;
-use crate::variables::Variable;
+use crate::variables::{Start, Variable};
 use crate::{Host, Model};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -78,6 +78,8 @@ pub struct Instance {
     last_successful_time: f64,
     ended: bool,
     resources: Option<PathBuf>,
+    /// Where a team may leave parts of saved states.
+    pieces: Option<PathBuf>,
     log: RefCell<LogSink>,
     progress: RefCell<ProgressSink>,
 }
@@ -104,6 +106,7 @@ impl Instance {
             last_successful_time: 0.0,
             ended: false,
             resources: resources.map(Path::to_path_buf),
+            pieces: None,
             log: RefCell::new(log),
             progress: RefCell::new(Box::new(|_, _| true)),
         }
@@ -225,6 +228,31 @@ impl Instance {
         self.take("terramech_serveTeam", r)
     }
 
+    /// `terramech_setPieces`: a prefix of files, or none.
+    pub fn set_pieces(&mut self, prefix: Option<PathBuf>) {
+        self.pieces.clone_from(&prefix);
+        self.unit.keep_pieces(prefix);
+    }
+
+    /// `terramech_writePieces`.
+    ///
+    /// # Errors
+    /// Wrong mode, a variable that is no array of numbers, the unit's refusal.
+    pub fn write_pieces(&mut self, pieces: &Pieces) -> Call {
+        self.require("terramech_writePieces", &[Mode::Initialization, Mode::StepComplete, Mode::StepFailed])?;
+        let table = &self.model.table;
+        let start = |vr: u32| table.variables().get(vr as usize).map(|v| &v.start);
+        let reals = |vr: u32| matches!(start(vr), Some(Start::RealArray));
+        let fields = pieces.fields.iter().all(|(vr, _)| reals(*vr) || matches!(start(*vr), Some(Start::IntegerArray)));
+        if !(reals(pieces.position) && fields) {
+            return Err(Refused::error(
+                "terramech_writePieces: a variable is no array; allowed: arrays of reals, fields of integers too",
+            ));
+        }
+        let r = self.unit.write_pieces(&mut self.values, host!(self), pieces);
+        self.take("terramech_writePieces", r)
+    }
+
     /// `fmi2EnterInitializationMode`.
     ///
     /// # Errors
@@ -319,7 +347,11 @@ impl Instance {
         self.require("fmi2GetFMUstate", &modes)?;
         let r = self.unit.save();
         let unit = self.take("fmi2GetFMUstate", r)?;
-        let keep = |(i, v): (usize, &Variable)| (!v.not_in_state).then(|| self.values.value(i));
+        // Arrays that are computed when they are read (all grains) need no place in it.
+        let is_kept = |v: &Variable| {
+            !v.not_in_state && !(v.on_demand && matches!(v.start, Start::RealArray | Start::IntegerArray))
+        };
+        let keep = |(i, v): (usize, &Variable)| is_kept(v).then(|| self.values.value(i));
         let saved = Saved {
             guid: self.model.guid(),
             stage: modes.iter().position(|m| *m == self.mode).unwrap_or(0) as u8,
@@ -363,7 +395,10 @@ impl Instance {
             }
         }
         let mut unit = self.model.unit();
-        match unit.restore(&mut values, &saved.unit) {
+        // Its members go on serving: the one before must not end them.
+        let joined = self.unit.leave().map_or(Ok(()), |team| unit.join(team));
+        unit.keep_pieces(self.pieces.clone());
+        match joined.and_then(|()| unit.restore(&mut values, &saved.unit)) {
             Ok(()) => {}
             Err(e) => {
                 self.mode = Mode::Poisoned;

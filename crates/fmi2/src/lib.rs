@@ -43,6 +43,7 @@
 pub mod description_xml;
 pub mod export;
 pub mod functions;
+mod host_team;
 pub mod instance;
 pub mod model;
 mod panics;
@@ -54,6 +55,6 @@ pub mod values;
 pub mod variables;
 
 pub use model::Model;
-pub use unit::{Host, LogCategory, Stage, Step, Team, Unit, UnitError};
+pub use unit::{Host, LogCategory, Pieces, Stage, Step, Team, Unit, UnitError};
 pub use values::{Value, Values};
 pub use variables::{BooleanVar, IntegerArrayVar, IntegerVar, RealArrayVar, RealVar, StringVar, Table, Var};

@@ -161,6 +161,17 @@ pub trait Team: Send {
     fn round(&mut self, out: &[(usize, Vec<u8>)], from: &[usize]) -> Result<Vec<Vec<u8>>, UnitError>;
 }
 
+/// A frame of points that the members of a team write, each its own (`terramech_writePieces`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pieces {
+    /// Files are `PREFIX_K.vtp` of member K and `PREFIX.pvtp`, which lists them.
+    pub prefix: PathBuf,
+    /// The array of positions (3 a point, m).
+    pub position: u32,
+    /// Arrays with values at the points, and the names of their fields.
+    pub fields: Vec<(u32, String)>,
+}
+
 /// A communication step.
 #[derive(Clone, Copy, Debug)]
 pub struct Step {
@@ -215,6 +226,20 @@ pub trait Unit: Send {
     /// What failed; the lead has failed too.
     fn serve(&mut self, _v: &mut Values, _host: &Host) -> Result<(), UnitError> {
         Err(UnitError::input("this unit is no member of a team"))
+    }
+    /// Gives its team back: a restored unit takes its place in it, by [`Unit::join`]. The other members serve on.
+    fn leave(&mut self) -> Option<Box<dyn Team>> {
+        None
+    }
+    /// Where members of a team may leave their parts of what is saved: files `PREFIX.K` of member K, which the saved bytes name. `None`: all of it is in the bytes. Parts of
+    /// restored bytes lie in the prefix's folder.
+    fn keep_pieces(&mut self, _prefix: Option<PathBuf>) {}
+    /// Writes points by all members side by side.
+    ///
+    /// # Errors
+    /// Arrays that cannot be written so, files that cannot be written.
+    fn write_pieces(&mut self, _v: &mut Values, _host: &Host, _pieces: &Pieces) -> Result<(), UnitError> {
+        Err(UnitError::input("this unit writes no files in pieces"))
     }
     /// Initialization mode begins.
     ///

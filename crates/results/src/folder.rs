@@ -244,6 +244,24 @@ impl RunFolder {
         Ok((file, path))
     }
 
+    /// Enters a file in the list of the run's files that somebody else has written for it.
+    ///
+    /// # Errors
+    /// [`Error::BadName`], [`Error::Io`].
+    pub fn adopt(&self, name: &str) -> Result<()> {
+        if !is_plain(name) {
+            return Err(Error::BadName { given: name.to_owned() });
+        }
+        let mut ledger = self.ledger.lock().unwrap_or_else(PoisonError::into_inner);
+        if ledger.names.insert(name.to_owned()) {
+            ledger
+                .file
+                .write_all(format!("{name}\n").as_bytes())
+                .map_err(Error::io("write", &self.path.join(LEDGER)))?;
+        }
+        Ok(())
+    }
+
     /// Enters `name` in the list of the run's files and makes its folder.
     fn claim(&self, name: &str) -> Result<PathBuf> {
         if !is_plain(name) {

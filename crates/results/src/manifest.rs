@@ -192,6 +192,9 @@ pub struct UnitFacts {
 /// Units run side by side, so that shares add up to 1 or more; what a unit waits for others is in no share.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Timings {
+    /// Simulated seconds before they begin: more than 0 in a run that was resumed.
+    #[serde(default)]
+    pub since: f64,
     /// Wall time of initialisation: settling, assembly (s).
     pub initialise_seconds: f64,
     /// Wall time of the coupled run (s).

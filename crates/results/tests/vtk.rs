@@ -137,3 +137,42 @@ fn the_series_lists_whole_frames_after_each_write() {
         assert!(folder.file(&format!("vtk/{}", sets[i]["file"])).exists());
     }
 }
+
+#[test]
+fn a_series_of_pieces_that_others_write_is_listed() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = RunFolder::create(dir.path()).unwrap();
+    let listed = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap();
+    let mut series = VtkSeries::new("bed").in_pieces(2);
+    let points = [[0.0, 0.0, 0.1], [0.0, 0.0, 0.2]];
+    let radius = [0.5];
+    let pieces = points
+        .each_ref()
+        .map(|p| PolyData::points(p, vec![Field::scalar("radius", &radius), Field::vector("velocity", p)]));
+    std::fs::create_dir_all(dir.path().join("vtk")).unwrap();
+    for (k, piece) in pieces.iter().enumerate() {
+        let path = dir.path().join(format!("{}_000000_{k}.vtp", series.path()));
+        std::fs::write(path, piece.encode("bed", Precision::Single).unwrap()).unwrap();
+    }
+    let names = [0, 1].map(|k| format!("bed_000000_{k}.vtp"));
+    let list = pieces[0].list("bed", Precision::Single, &names).unwrap();
+    std::fs::write(dir.path().join("vtk/bed_000000.pvtp"), &list).unwrap();
+    series.adopt(&folder, 0.0).unwrap();
+    let (elements, _) = head(&list);
+    let of = |tag: &str| elements.iter().filter(|(name, _)| name == tag).map(|(_, a)| a.clone()).collect::<Vec<_>>();
+    assert_eq!(of("Piece").iter().map(|a| a["Source"].clone()).collect::<Vec<_>>(), names);
+    let told: Vec<_> = of("PDataArray").iter().map(|a| (a["Name"].clone(), a["NumberOfComponents"].clone())).collect();
+    let each = [("radius", "1"), ("velocity", "3"), ("Points", "3")].map(|(a, b)| (a.to_owned(), b.to_owned()));
+    assert_eq!(told, each);
+    assert!(listed("vtk/bed.pvd").contains("bed_000000.pvtp"));
+    // An earlier part of a run in pieces, a later one whole; and the files of both belong to the run.
+    let mut whole = VtkSeries::new("bed").after(&folder, &[0.0]);
+    whole.write(&folder, 0.5, &pieces[0]).unwrap();
+    let text = listed("vtk/bed.pvd");
+    assert!(text.contains("bed_000000.pvtp") && text.contains("bed_000001.vtp"), "{text}");
+    folder.begin().unwrap();
+    drop(folder);
+    RunFolder::open(dir.path()).unwrap().begin().unwrap();
+    let left: Vec<_> = std::fs::read_dir(dir.path().join("vtk")).into_iter().flatten().collect();
+    assert!(left.is_empty(), "{left:?}");
+}

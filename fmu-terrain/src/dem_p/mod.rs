@@ -6,6 +6,7 @@
 pub mod bed_file;
 pub mod bodies;
 pub mod outputs;
+pub mod pieces;
 mod platform;
 pub mod team;
 mod unit;

@@ -7,8 +7,10 @@
 use crate::dem::DemError;
 use crate::dem::DemState;
 use crate::dem::spread::{Links, Message};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use terramech_fmi2::{Team, UnitError, Value, state};
 
@@ -26,6 +28,8 @@ pub enum Order {
         unit: Vec<u8>,
         /// By value reference.
         values: Vec<(u32, Value)>,
+        /// Prefix of files that hold parts of the unit.
+        pieces: Option<PathBuf>,
     },
     /// To take their part of the bed.
     Part,
@@ -44,6 +48,20 @@ pub enum Order {
     Heat,
     /// To give their part of the state.
     Gather,
+    /// To write their part of the state as a file with this prefix, and to tell of it.
+    Keep {
+        /// As [`terramech_fmi2::Unit::keep_pieces`] is told.
+        prefix: PathBuf,
+    },
+    /// To write their grains as a file with this prefix, and to tell how that went.
+    Show {
+        /// As in [`terramech_fmi2::Pieces`].
+        prefix: PathBuf,
+        /// Value reference.
+        position: u32,
+        /// Value references and names.
+        fields: Vec<(u32, String)>,
+    },
     /// To end.
     End,
 }
@@ -88,28 +106,32 @@ impl Crew {
         self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&out, &[]).map(drop)
     }
 
-    /// Tells the lead how something went.
+    /// Tells the lead how something went, and what came of it.
     ///
     /// # Errors
     /// The team is broken.
-    pub fn answer(&self, result: &Result<(), UnitError>) -> Result<(), UnitError> {
-        let told = state::to_bytes(&result.as_ref().err().map(ToString::to_string))?;
+    pub fn answer<T: Serialize>(&self, result: &Result<T, UnitError>) -> Result<(), UnitError> {
+        let told = state::to_bytes(&result.as_ref().map_err(ToString::to_string))?;
         self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&[(0, told)], &[]).map(drop)
     }
 
-    /// How something went for all others.
+    /// How something went for all others, and what came of it, by member.
     ///
     /// # Errors
     /// What a member has told, or that the team is broken.
-    pub fn answers(&self) -> Result<(), UnitError> {
+    pub fn answers<T: DeserializeOwned>(&self) -> Result<Vec<T>, UnitError> {
         let others: Vec<usize> = (1..self.size).collect();
         let came = self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&[], &others)?;
+        let mut all = Vec::with_capacity(others.len());
         for (member, bytes) in others.into_iter().zip(came) {
-            if let Some(text) = state::from_bytes::<Option<String>>(&bytes)? {
-                return Err(UnitError::environment(format!("member {member} of the terrain's team: {text}")));
+            match state::from_bytes::<Result<T, String>>(&bytes)? {
+                Ok(told) => all.push(told),
+                Err(text) => {
+                    return Err(UnitError::environment(format!("member {member} of the terrain's team: {text}")));
+                }
             }
         }
-        Ok(())
+        Ok(all)
     }
 
     /// What the lead asks for next.
@@ -123,6 +145,20 @@ impl Crew {
         let bytes = came.first().map_or(&[][..], |bytes| bytes);
         self.pass_on(bytes)?;
         state::from_bytes(bytes)
+    }
+}
+
+impl Team for Crew {
+    fn index(&self) -> usize {
+        self.index
+    }
+
+    fn size(&self) -> usize {
+        self.size
+    }
+
+    fn round(&mut self, out: &[Message], from: &[usize]) -> Result<Vec<Vec<u8>>, UnitError> {
+        self.team.lock().unwrap_or_else(PoisonError::into_inner).round(out, from)
     }
 }
 

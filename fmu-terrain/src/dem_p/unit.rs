@@ -3,6 +3,7 @@
 use super::bed_file::{self, BedFile};
 use super::bodies::{self, Kind, Slot};
 use super::outputs;
+use super::pieces::{self, Piece};
 use super::platform;
 use super::team::{Crew, Lead, Order};
 use crate::config::dem_p::FIRST_OBSTACLE;
@@ -13,7 +14,10 @@ use crate::error::unit_error;
 use crate::soil_engine::{SoilEngine, odd_adhesion};
 use crate::variables::Variables;
 use serde::{Deserialize, Serialize};
-use terramech_fmi2::{Host, LogCategory, Stage, Step, Team, Unit, UnitError, Values, Var, specification, state};
+use std::path::{Path, PathBuf};
+use terramech_fmi2::{
+    Host, LogCategory, Pieces, Stage, Step, Team, Unit, UnitError, Values, Var, specification, state,
+};
 
 /// Granular soil.
 ///
@@ -35,6 +39,8 @@ pub struct GranularUnit<E: SoilEngine> {
     told_unconverged: bool,
     /// The other members, where it is spread over several processes.
     lead: Lead,
+    /// Prefix of files for their parts of saved states.
+    pieces: Option<PathBuf>,
 }
 
 /// The unit of the model `terrain_dem_p`.
@@ -63,6 +69,8 @@ struct Save<'a, S> {
     own: &'a Own,
     state: Option<&'a DemState>,
     engine: S,
+    /// Files that hold the state instead.
+    pieces: Vec<Piece>,
 }
 
 #[derive(Deserialize)]
@@ -70,6 +78,7 @@ struct Restore<S> {
     own: Own,
     state: Option<DemState>,
     engine: S,
+    pieces: Vec<Piece>,
 }
 
 /// With gravity turned for a slope of this angle (rad), uphill along X.
@@ -98,6 +107,7 @@ impl<E: SoilEngine> GranularUnit<E> {
             told_outside: [false; BODIES],
             told_unconverged: false,
             lead: Lead::default(),
+            pieces: None,
         }
     }
 
@@ -147,6 +157,13 @@ impl<E: SoilEngine> GranularUnit<E> {
                     LogCategory::Info,
                     &format!("the bed was settled by {}: its contacts begin anew", file.engine),
                 );
+                if file.state.longest_offset > 0.0 {
+                    host.log(
+                        LogCategory::Warning,
+                        "its adhesion grew from overlaps that count from an offset (bed.adhesion_onset: offset), which belong to the \
+                         contacts: without them adhesion draws the grains together and the surface sinks",
+                    );
+                }
                 file.state.forget_contacts();
                 E::Own::default()
             };
@@ -297,13 +314,15 @@ impl<E: SoilEngine> GranularUnit<E> {
     }
 
     /// The lead hands their parts of the bed to the members.
-    fn spread_out(&mut self, v: &mut Values) -> Result<(), UnitError> {
+    /// `restored`: the saved bytes that it has just been made of, with their parts in files.
+    fn spread_out(&mut self, v: &mut Values, restored: Option<&[u8]>) -> Result<(), UnitError> {
         let Some(crew) = self.lead.crew.clone().filter(Crew::is_lead) else { return Ok(()) };
-        let unit = self.save()?;
+        let unit = restored.map_or_else(|| self.save(), |bytes| Ok(bytes.to_vec()))?;
+        let pieces = self.pieces.clone().filter(|_| restored.is_some());
         self.lead.known.clear();
         let values = v.changes(self.inputs(), &mut self.lead.known);
-        crew.ask(&Order::Open { unit, values })?;
-        crew.answers()?;
+        crew.ask(&Order::Open { unit, values, pieces })?;
+        crew.answers::<()>()?;
         crew.ask(&Order::Part)?;
         self.take_part(v, &crew)?;
         self.lead.open = true;
@@ -330,6 +349,19 @@ impl<E: SoilEngine> GranularUnit<E> {
         Ok(())
     }
 
+    /// Writes this member's part of the state, or of what is shown.
+    fn keep_part(&self, prefix: &Path, crew: &Crew) -> Result<Piece, UnitError> {
+        let engine = self.engine.as_ref().ok_or_else(|| UnitError::state("saved before it has a part"))?;
+        pieces::keep(prefix, Team::index(crew), engine.state())
+    }
+
+    fn show_part(&self, v: &mut Values, pieces: &Pieces, place: [usize; 2]) -> Result<(), UnitError> {
+        let (Some(engine), Some(spec)) = (&self.engine, &self.spec) else {
+            return Err(UnitError::state("shown before it has a part"));
+        };
+        pieces::show(v, &self.vars, (engine.state(), spec), pieces, place)
+    }
+
     /// What a member other than the lead does for an order.
     fn obey(&mut self, order: Order, v: &mut Values, crew: &Crew) -> Result<(), UnitError> {
         match order {
@@ -341,8 +373,9 @@ impl<E: SoilEngine> GranularUnit<E> {
                 E::make_together(&spec, threads, &|| Box::new(crew.clone()), &mut |_, _| true)
                     .map_err(|e| unit_error(e, false))?;
             }
-            Order::Open { unit, values } => {
+            Order::Open { unit, values, pieces } => {
                 v.take_changes(values);
+                self.pieces = pieces;
                 let restored = self.restore(v, &unit);
                 crew.answer(&restored)?;
                 restored?;
@@ -365,6 +398,11 @@ impl<E: SoilEngine> GranularUnit<E> {
             }
             Order::Heat => {
                 self.engine.as_ref().map(|e| e.heat(&self.bodies));
+            }
+            Order::Keep { prefix } => crew.answer(&self.keep_part(&prefix, crew))?,
+            Order::Show { prefix, position, fields } => {
+                let place = [Team::index(crew), Team::size(crew)];
+                crew.answer(&self.show_part(v, &Pieces { prefix, position, fields }, place))?;
             }
             Order::Gather => {
                 if let Some(engine) = &mut self.engine {
@@ -459,7 +497,7 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
         v.lock([self.vars.slope.vr()], "gravity has been turned by it");
         // Faults of meshes that are there already are told now.
         self.place_bodies(v)?;
-        self.spread_out(v)
+        self.spread_out(v, None)
     }
 
     fn step(&mut self, v: &mut Values, host: &Host, step: Step) -> Result<(), UnitError> {
@@ -548,6 +586,25 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
         }
     }
 
+    fn leave(&mut self) -> Option<Box<dyn Team>> {
+        let crew = self.lead.crew.take()?;
+        Some(Box::new(crew))
+    }
+
+    fn keep_pieces(&mut self, prefix: Option<PathBuf>) {
+        self.pieces = prefix;
+    }
+
+    fn write_pieces(&mut self, v: &mut Values, host: &Host, pieces: &Pieces) -> Result<(), UnitError> {
+        self.bed(v, host)?;
+        let Some(crew) = self.lead.members().cloned() else { return self.show_part(v, pieces, [0, 1]) };
+        let Pieces { prefix, position, fields } = pieces.clone();
+        crew.ask(&Order::Show { prefix, position, fields })?;
+        let shown = self.show_part(v, pieces, [0, Team::size(&crew)]);
+        // The members answer whatever became of the lead's own part.
+        crew.answers::<()>().and(shown)
+    }
+
     fn terminate(&mut self, v: &mut Values, host: &Host) -> Result<(), UnitError> {
         let path = v.string(self.vars.bed_save_end).to_owned();
         self.write_bed(&path, host)
@@ -555,17 +612,30 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
 
     fn save(&mut self) -> Result<Vec<u8>, UnitError> {
         self.own.obstacles = self.bodies.iter_mut().filter_map(|b| b.shape.as_free()).map(|f| f.now.clone()).collect();
-        self.gather()?;
+        let mut pieces = Vec::new();
+        if let (Some(crew), Some(prefix)) = (self.lead.members(), &self.pieces) {
+            crew.ask(&Order::Keep { prefix: prefix.clone() })?;
+            let own = self.keep_part(prefix, crew);
+            let others = crew.answers()?;
+            pieces.push(own?);
+            pieces.extend::<Vec<Piece>>(others);
+        } else {
+            self.gather()?;
+        }
         let engine = self.engine.as_ref();
         state::to_bytes(&Save {
             own: &self.own,
-            state: self.lead.whole.as_ref().or(engine.map(|e| e.state())),
+            state: self.lead.whole.as_ref().or(engine.map(|e| e.state())).filter(|_| pieces.is_empty()),
             engine: engine.map(E::own).unwrap_or_default(),
+            pieces,
         })
     }
 
     fn restore(&mut self, v: &mut Values, bytes: &[u8]) -> Result<(), UnitError> {
-        let Restore::<E::Own> { own, state, engine } = state::from_bytes(bytes)?;
+        let Restore::<E::Own> { own, mut state, engine, pieces } = state::from_bytes(bytes)?;
+        if !pieces.is_empty() {
+            state = Some(pieces::whole(self.pieces.as_deref(), &pieces)?);
+        }
         self.spec = match own.specification.as_str() {
             "" => None,
             text => Some(specification::parse(text, &own.origin)?),
@@ -589,7 +659,7 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
                 if !self.own.surfaces.is_empty() {
                     self.place_bodies(v)?;
                     (self.lead.open, self.lead.whole) = (false, None);
-                    self.spread_out(v)?;
+                    self.spread_out(v, (!pieces.is_empty()).then_some(bytes))?;
                 }
             }
         }

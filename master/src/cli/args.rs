@@ -96,6 +96,9 @@ pub struct Run {
     /// Under mpirun: weigh units that have no place by the time they took in an earlier run
     #[arg(long, value_name = "MANIFEST.json")]
     pub place_by: Option<PathBuf>,
+    /// Under mpirun: units that are spread over ranks write their parts of checkpoints and ParaView files (.pvtp) side by side, instead of sending them to rank 0
+    #[arg(long)]
+    pub pieces: bool,
     /// Show neither progress nor the closing table
     #[arg(long)]
     pub quiet: bool,

@@ -42,8 +42,8 @@ fn alone(args: &Run, words: &[OsString]) -> ExitCode {
         }
         Ok(ready) => {
             ready.remarks.iter().for_each(|remark| eprintln!("{remark}"));
-            if !args.place.is_empty() || args.place_by.is_some() {
-                eprintln!("note: --place and --place-by have no effect in one process");
+            if !args.place.is_empty() || args.place_by.is_some() || args.pieces {
+                eprintln!("note: --place, --place-by and --pieces have no effect in one process");
             }
             let Ready { plan, options, .. } = ready;
             let (stop, display) = (stop(0), display(args));
@@ -106,6 +106,7 @@ impl Ready {
         let mut parts = fingerprint(&self.plan);
         parts.push(("steps".into(), self.plan.clock.steps.to_string()));
         parts.push(("ranks of the units".into(), format!("{ranks:?}")));
+        parts.push(("--pieces".into(), self.options.in_pieces().to_string()));
         if let Some(from) = &self.options.checkpoints.from {
             parts.push(("checkpoint".into(), from.header.tick.to_string()));
         }
@@ -114,7 +115,12 @@ impl Ready {
 }
 
 fn prepare(args: &Run, words: &[OsString], neighbours: usize) -> Result<Ready, Told> {
-    let mut how = How { every: args.checkpoint_every.clone(), keep: args.keep_checkpoints.into(), ..how(&args.system) };
+    let mut how = How {
+        every: args.checkpoint_every.clone(),
+        keep: args.keep_checkpoints.into(),
+        pieces: args.pieces,
+        ..how(&args.system)
+    };
     let mut from = None;
     let mut remarks = Vec::new();
     let mut out = args.out.clone().unwrap_or_default();
@@ -154,6 +160,7 @@ fn resumed(args: &Run, folder: &Path) -> Result<(Arc<Checkpoint>, How, Vec<Strin
     if !args.system.stop_when.is_empty() {
         how.stop_when.clone_from(&args.system.stop_when);
     }
+    how.pieces |= args.pieces;
     how.every = args.checkpoint_every.clone().or(how.every);
     remarks.push(format!("resuming at t = {} s", checkpoint.header.time));
     Ok((Arc::new(checkpoint), how, remarks))

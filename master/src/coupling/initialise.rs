@@ -67,7 +67,7 @@ pub fn serve_lead(
     ranks: Ranks,
 ) -> Result<(), Failure> {
     let world: Shared = Rc::new(RefCell::new(world));
-    let team = Team::new(Rc::clone(&world), ranks.all().collect());
+    let team = Team::new(Rc::clone(&world), ranks.all().collect(), None);
     let threads = u32::try_from(threads.max(1)).unwrap_or(u32::MAX);
     let made = member(plan, unit, threads, true, &mut Libraries::default(), environment).and_then(|mut made| {
         made.instance.join(&team).map_err(|e| Failure::unit(e, Moment::Before, "a team of ranks"))?;

@@ -13,8 +13,6 @@ pub struct UnitState {
     pub guid: String,
     /// `fmi2SerializeFMUstate`.
     pub bytes: Vec<u8>,
-    /// Number of steps so far.
-    pub calls: u64,
 }
 
 /// What the coupling itself remembers from step to step. Reals as their bits.
@@ -51,12 +49,17 @@ impl System {
     pub(super) fn save_here(&mut self, tick: u64) -> Result<Vec<(usize, UnitState)>, Failure> {
         let mut units = Vec::with_capacity(self.members.len());
         let time = self.plan.clock.time(tick);
-        for (index, member) in self.members.iter_mut().enumerate() {
-            let Some(member) = member.as_deref_mut() else { continue };
+        for index in 0..self.members.len() {
+            let prefix = self.state_prefix(index, tick);
+            let Some(member) = self.members[index].as_deref_mut() else { continue };
+            if let Some(prefix) = prefix {
+                let told = member.instance.set_pieces(Some(&prefix));
+                told.map_err(|e| Failure::unit(e, Moment::At(time), "saving its state"))?;
+            }
             let bytes = member.instance.save().map_err(|e| Failure::unit(e, Moment::At(time), "saving its state"))?;
             let name = self.plan.components[index].name.clone();
             let guid = self.plan.model(index).guid.clone();
-            units.push((index, UnitState { name, guid, bytes, calls: member.calls }));
+            units.push((index, UnitState { name, guid, bytes }));
         }
         Ok(units)
     }
@@ -79,13 +82,14 @@ impl System {
     }
 
     fn restore_here(&mut self, units: &[UnitState]) -> Result<(), Failure> {
+        let prefix = self.restored_prefix();
         for (member, unit) in self.members.iter_mut().zip(units) {
             let Some(member) = member.as_deref_mut() else { continue };
-            member
-                .instance
-                .restore(&unit.bytes)
-                .map_err(|e| Failure::unit(e, Moment::Initialising, "its saved state"))?;
-            member.calls = unit.calls;
+            let instance = &mut member.instance;
+            let restored = instance.set_pieces(prefix.as_deref()).and_then(|()| instance.restore(&unit.bytes));
+            // What is saved from here on has a place of its own, or none.
+            let restored = restored.and_then(|()| instance.set_pieces(None));
+            restored.map_err(|e| Failure::unit(e, Moment::Initialising, "its saved state"))?;
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ use std::time::Instant;
 use super::bonds::{Bonds, Energy};
 use super::connect::{For, Links, list};
 use super::job::Job;
+use super::pieces::Pieces;
 use super::pool::{Answer, Finished, Member, Pool, Task};
 use super::watch::{Schedule, Watch, WatchId};
 use super::{Failure, Moment};
@@ -48,6 +49,7 @@ pub struct System {
     stages: Vec<Links>,
     pub(super) bonds: Bonds,
     pub(super) watches: Vec<Watch>,
+    pub(super) pieces: Pieces,
     pub(super) sets: Sets,
     finished: Vec<Finished>,
     due: Vec<usize>,
@@ -121,6 +123,7 @@ impl System {
             stages,
             bonds,
             watches: Vec::new(),
+            pieces: Pieces::default(),
             sets: Sets::default(),
             finished: Vec::new(),
             due: Vec::new(),

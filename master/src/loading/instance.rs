@@ -64,6 +64,11 @@ pub struct Made<'a> {
     pub variable_steps: bool,
 }
 
+/// A path for C. One with a zero byte, which no file has, is empty and refused by the unit.
+fn c_text(path: &Path) -> CString {
+    CString::new(path.to_string_lossy().as_bytes()).unwrap_or_default()
+}
+
 impl Instance {
     /// `fmi2Instantiate` for co-simulation.
     ///
@@ -164,6 +169,39 @@ impl Instance {
         self.call(&"terramech_serveTeam", |f, c| match f.serve_team {
             // SAFETY: no pointers but the component.
             Some(serve) => unsafe { serve(c) },
+            None => terramech_fmi2::types::FMI2_ERROR,
+        })
+    }
+
+    /// `terramech_setPieces`: where its team may leave parts of saved states; without the function states hold everything.
+    ///
+    /// # Errors
+    /// [`CallError`].
+    pub fn set_pieces(&mut self, prefix: Option<&Path>) -> Result<(), CallError> {
+        if self.functions.set_pieces.is_none() {
+            return Ok(());
+        }
+        let prefix = prefix.map(c_text);
+        let text = prefix.as_ref().map_or(std::ptr::null(), |prefix| prefix.as_ptr());
+        self.call(&"terramech_setPieces", |f, c| match f.set_pieces {
+            // SAFETY: null, or a text that lives through the call.
+            Some(set_pieces) => unsafe { set_pieces(c, text) },
+            None => terramech_fmi2::types::FMI2_ERROR,
+        })
+    }
+
+    /// `terramech_writePieces`: points with fields, each a value reference and a name, by all members of its team.
+    ///
+    /// # Errors
+    /// [`CallError`]; a library without the function.
+    pub fn write_pieces(&mut self, prefix: &Path, position: u32, fields: &[(u32, String)]) -> Result<(), CallError> {
+        let prefix = c_text(prefix);
+        let vrs: Vec<u32> = fields.iter().map(|f| f.0).collect();
+        let texts: Vec<CString> = fields.iter().map(|f| CString::new(f.1.as_str()).unwrap_or_default()).collect();
+        let names: Vec<Fmi2String> = texts.iter().map(|text| text.as_ptr()).collect();
+        self.call(&"terramech_writePieces", |f, c| match f.write_pieces {
+            // SAFETY: texts and lists with the lengths that are told, which live through the call.
+            Some(write) => unsafe { write(c, prefix.as_ptr(), position, vrs.len(), vrs.as_ptr(), names.as_ptr()) },
             None => terramech_fmi2::types::FMI2_ERROR,
         })
     }

@@ -1,13 +1,14 @@
 //! The table by which the members of a unit that is spread over several ranks talk to each other.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::ffi::{c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
+use std::time::{Duration, Instant};
 
 use terramech_fmi2::types::{TeamDeliver, TeamTable};
 
-use crate::world::{Message, World};
+use crate::world::{Aside, Message, World};
 
 /// A world that a run and the teams of its units use in turn, on one thread.
 pub type Shared = Rc<RefCell<Box<dyn World>>>;
@@ -17,14 +18,20 @@ pub struct Team {
     world: Shared,
     ranks: Vec<usize>,
     index: usize,
+    /// Notes of this rank, and when they last had their turn.
+    aside: Option<Rc<RefCell<dyn Aside>>>,
+    aired: Cell<Instant>,
 }
 
+/// Between two looks for notes while members work together.
+const LOOK: Duration = Duration::from_millis(100);
+
 impl Team {
-    /// Of these ranks, one of which is this one.
-    pub fn new(world: Shared, ranks: Vec<usize>) -> Box<Self> {
+    /// Of these ranks, one of which is this one. With `aside` notes go and come between rounds.
+    pub fn new(world: Shared, ranks: Vec<usize>, aside: Option<Rc<RefCell<dyn Aside>>>) -> Box<Self> {
         let me = world.borrow().rank();
         let index = ranks.iter().position(|r| *r == me).unwrap_or(0);
-        Box::new(Self { world, ranks, index })
+        Box::new(Self { world, ranks, index, aside, aired: Cell::new(Instant::now()) })
     }
 
     /// What the unit is handed; valid as long as this lives.
@@ -38,7 +45,12 @@ impl Team {
     }
 
     fn round(&self, out: &[Message], into: &mut [Message]) -> Result<(), crate::world::Broken> {
-        self.world.borrow_mut().round(out, into, None)
+        let mut world = self.world.borrow_mut();
+        if let Some(aside) = self.aside.as_ref().filter(|_| self.aired.get().elapsed() >= LOOK) {
+            world.notes(&mut *aside.borrow_mut())?;
+            self.aired.set(Instant::now());
+        }
+        world.round(out, into, None)
     }
 }
 
@@ -90,5 +102,53 @@ unsafe extern "C" fn team_round(
     match catch_unwind(AssertUnwindSafe(round)) {
         Ok(Some(())) => 0,
         _ => 1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::threads;
+
+    /// Says its number until it is heard, or hears.
+    #[derive(Default)]
+    struct Voice {
+        says: Option<Message>,
+        heard: Vec<(usize, Vec<u8>)>,
+    }
+
+    impl Aside for Voice {
+        fn hear(&mut self, from: usize, note: &[u8]) {
+            self.heard.push((from, note.to_vec()));
+        }
+        fn say(&mut self) -> Option<Message> {
+            self.says.take()
+        }
+    }
+
+    #[test]
+    fn what_a_lead_has_to_tell_gets_out_between_rounds() {
+        let mut worlds = threads(3).into_iter();
+        let (mut zero, one, two) = (worlds.next().unwrap(), worlds.next().unwrap(), worlds.next().unwrap());
+        let lead = std::thread::spawn(move || {
+            let voice = Rc::new(RefCell::new(Voice { says: Some((0, vec![7])), ..Voice::default() }));
+            let aside = Rc::clone(&voice) as Rc<RefCell<dyn Aside>>;
+            let team = Team::new(Rc::new(RefCell::new(one as Box<dyn World>)), vec![1, 2], Some(aside));
+            for k in 0..3 {
+                team.round(&[(2, vec![k])], &mut [(2, Vec::new())]).unwrap();
+                std::thread::sleep(LOOK);
+            }
+        });
+        let member = std::thread::spawn(move || {
+            let team = Team::new(Rc::new(RefCell::new(two as Box<dyn World>)), vec![1, 2], None);
+            for _ in 0..3 {
+                team.round(&[(1, Vec::new())], &mut [(1, Vec::new())]).unwrap();
+            }
+        });
+        lead.join().unwrap();
+        member.join().unwrap();
+        let mut voice = Voice::default();
+        zero.notes(&mut voice).unwrap();
+        assert_eq!(voice.heard, [(1, vec![7])]);
     }
 }

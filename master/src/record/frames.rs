@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use terramech_results::{Cells, Error, Field, PolyData, RunFolder, Values, VtkSeries};
 
 use crate::check::plan::{ArrayPort, Plan, VtkDataset};
-use crate::coupling::{Failure, Schedule, System, WatchId};
+use crate::coupling::{Failure, Schedule, Show, System, WatchId};
 use crate::loading::Slot;
 use crate::model_description::{Kind, Variability};
 
@@ -65,11 +65,16 @@ struct Dataset {
     position: Source,
     triangle: Option<Source>,
     fields: Vec<FieldSource>,
+    /// In how many pieces its unit writes the frames; 0: they are written here. Then values come only at the last base step at which one is due, for the picture.
+    pieces: usize,
+    last: u64,
 }
 
 /// What the writing thread is given.
 enum Job {
     Write(Arc<Frame>),
+    /// Take in the frame of this dataset and time (s), which its unit has written.
+    Adopt(usize, f64),
     /// Answer when everything before this is on disk.
     Answer(SyncSender<()>),
 }
@@ -99,7 +104,11 @@ impl Frames {
             // One frame under way and one waiting bound the memory; a run that outpaces the disk waits.
             let (sender, receiver) = sync_channel(1);
             let folder = Arc::clone(folder);
-            let series = datasets.iter().zip(&times).map(|(d, times)| VtkSeries::new(&d.name).after(times)).collect();
+            let series = datasets
+                .iter()
+                .zip(&times)
+                .map(|(d, times)| VtkSeries::new(&d.name).in_pieces(d.pieces).after(&folder, times))
+                .collect();
             let thread = std::thread::Builder::new()
                 .name("vtk".into())
                 .spawn(move || write(&folder, series, receiver))
@@ -113,6 +122,18 @@ impl Frames {
         for index in 0..self.datasets.len() {
             let dataset = &mut self.datasets[index];
             if !dataset.schedule.is_due(tick) {
+                continue;
+            }
+            if dataset.pieces > 0 {
+                let time = system.clock().time(tick);
+                self.times[index].push(time);
+                let sent = self.writer.as_ref().is_none_or(|(sender, _)| sender.send(Job::Adopt(index, time)).is_ok());
+                if !sent {
+                    self.finish()?;
+                }
+                if tick == self.datasets[index].last {
+                    self.last[index] = self.datasets[index].frame(index, system, tick).ok().map(Arc::new);
+                }
                 continue;
             }
             match dataset.frame(index, system, tick) {
@@ -178,10 +199,25 @@ impl Drop for Frames {
 
 fn dataset(system: &mut System, plan: &Plan, d: &VtkDataset) -> Dataset {
     let schedule = Schedule::every(d.every);
+    let last = plan.clock.steps / d.every.max(1) * d.every.max(1);
+    let pieces = in_pieces(system, d);
+    if pieces > 0 {
+        system.show(Show {
+            unit: d.position.component,
+            every: schedule.every,
+            name: VtkSeries::new(&d.name).path(),
+            position: d.position.value_reference,
+            fields: d.fields.iter().map(|f| (f.array.value_reference, f.name.clone())).collect(),
+        });
+    }
     let mut source = |port: &ArrayPort, kind: Kind| -> Source {
         // What does not change after initialisation is read once.
         let fixed = plan.model(port.component).arrays[port.array].variability == Variability::Fixed;
-        let when = if fixed { Schedule { every: 1, from: 0, to: 0 } } else { schedule };
+        let when = match (fixed, pieces) {
+            (true, _) => Schedule { every: 1, from: 0, to: 0 },
+            (false, 0) => schedule,
+            (false, _) => Schedule { every: 1, from: last, to: last },
+        };
         let mut slot = Slot::RealArray(0);
         let id = system.watch(port.component, vec![when], |outputs| {
             slot = outputs.array(kind, port.value_reference, port.array);
@@ -191,6 +227,8 @@ fn dataset(system: &mut System, plan: &Plan, d: &VtkDataset) -> Dataset {
     Dataset {
         name: d.name.clone(),
         schedule,
+        pieces,
+        last,
         position: source(&d.position, Kind::Real),
         triangle: d.triangle.as_ref().map(|t| source(t, Kind::Integer)),
         fields: d
@@ -205,6 +243,13 @@ fn dataset(system: &mut System, plan: &Plan, d: &VtkDataset) -> Dataset {
             })
             .collect(),
     }
+}
+
+/// In how many pieces a dataset is written: points of one unit that is spread, without triangles or values at some points only.
+fn in_pieces(system: &System, d: &VtkDataset) -> usize {
+    let unit = d.position.component;
+    let plain = d.triangle.is_none() && d.fields.iter().all(|f| f.index.is_none() && f.array.component == unit);
+    if plain { system.pieces_of(unit) } else { 0 }
 }
 
 impl Dataset {
@@ -270,6 +315,10 @@ fn write(folder: &RunFolder, mut series: Vec<VtkSeries>, jobs: Receiver<Job>) ->
     for job in jobs {
         let frame = match job {
             Job::Write(frame) => frame,
+            Job::Adopt(dataset, time) => {
+                series[dataset].adopt(folder, time)?;
+                continue;
+            }
             Job::Answer(to) => {
                 // Whoever asked may have gone.
                 let _ = to.send(());

@@ -26,8 +26,8 @@ enum Kind {
 pub struct Display {
     kind: Kind,
     shown: Instant,
-    /// When stepping began, and the clock.
-    run: Option<(Instant, Clock)>,
+    /// When stepping began, the clock, and the base step it began at.
+    run: Option<(Instant, Clock, u64)>,
     /// Wall time of the last base steps is long: look at every one.
     slow: bool,
     stepped: Instant,
@@ -82,10 +82,10 @@ impl Display {
         }
     }
 
-    /// Stepping begins.
-    pub fn running(&mut self, clock: Clock) {
+    /// Stepping begins at base step `from`.
+    pub fn running(&mut self, clock: Clock, from: u64) {
         let now = Instant::now();
-        self.run = Some((now, clock));
+        self.run = Some((now, clock, from));
         self.stepped = now;
         if let Kind::Bar(bar) = &self.kind {
             bar.set_prefix("running");
@@ -122,16 +122,14 @@ impl Display {
         let now = Instant::now();
         self.slow = now - self.stepped > BAR_EVERY / 20;
         self.stepped = now;
-        let Some((begin, clock)) = self.run else { return };
+        let Some((begin, clock, from)) = self.run else { return };
         if !self.due() {
             return;
         }
-        let wall = begin.elapsed().as_secs_f64();
-        let done = tick as f64 / clock.steps.max(1) as f64;
-        let simulated = time - clock.start.to_f64();
-        let factor = if wall > 0.0 { simulated / wall } else { 0.0 };
-        let left = if tick > 0 { format!(", {} left", duration(wall * (1.0 - done) / done)) } else { String::new() };
+        let (factor, left) = pace(&clock, from, tick, begin.elapsed().as_secs_f64());
+        let left = left.map_or(String::new(), |s| format!(", {} left", duration(s)));
         let text = format!("t = {time:.4} of {} s, real-time factor {}{left}", clock.stop(), short(factor));
+        let done = tick as f64 / clock.steps.max(1) as f64;
         match &self.kind {
             Kind::Quiet => {}
             Kind::Lines => eprintln!("{:3.0} %  {text}", 100.0 * done),
@@ -159,6 +157,15 @@ impl Display {
     }
 }
 
+/// Real-time factor, and seconds left at this pace, of a run that went from one base step to another in `wall` seconds: what an earlier piece of it took
+/// says nothing of now.
+fn pace(clock: &Clock, from: u64, tick: u64, wall: f64) -> (f64, Option<f64>) {
+    let steps = tick.saturating_sub(from);
+    let simulated = clock.time(tick) - clock.time(from.min(tick));
+    let factor = if wall > 0.0 { simulated / wall } else { 0.0 };
+    (factor, (steps > 0).then(|| wall * clock.steps.saturating_sub(tick) as f64 / steps as f64))
+}
+
 /// A number with three figures.
 pub fn short(x: f64) -> String {
     if x != 0.0 && !(1e-3..1e5).contains(&x.abs()) {
@@ -182,6 +189,16 @@ pub fn duration(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_left_is_told_by_the_pace_since_a_resume() {
+        let [start, step] = ["1", "0.01"].map(|text| crate::decimal::Decimal::parse(text).unwrap());
+        let clock = Clock { start, step, steps: 600 };
+        let (factor, left) = pace(&clock, 300, 320, 40.0);
+        assert!((factor - 0.005).abs() < 1e-12, "{factor}");
+        assert_eq!(left, Some(560.0));
+        assert_eq!(pace(&clock, 300, 300, 1.0), (0.0, None));
+    }
 
     #[test]
     fn numbers_are_short() {

@@ -121,9 +121,9 @@ impl Host {
         self.display().initialising();
     }
 
-    /// Stepping begins.
-    pub fn running(&self, clock: Clock) {
-        self.display().running(clock);
+    /// Stepping begins at base step `from`.
+    pub fn running(&self, clock: Clock, from: u64) {
+        self.display().running(clock, from);
     }
 
     /// The run stands at this time (s).

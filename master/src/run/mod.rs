@@ -52,6 +52,13 @@ pub struct Options {
     pub call_limit: Option<Duration>,
 }
 
+impl Options {
+    /// Whether units that are spread write side by side.
+    pub fn in_pieces(&self) -> bool {
+        self.checkpoints.how.as_ref().is_some_and(|how| how.pieces)
+    }
+}
+
 /// When checkpoints are written, and from which one the run goes on.
 #[derive(Clone, Debug, Default)]
 pub struct Checkpoints {
@@ -163,6 +170,7 @@ pub fn serve(plan: Plan, options: &Options, stop: &Stop, placed: Placed) -> Resu
     }
     let environment: Arc<dyn Environment> = Arc::clone(&host) as Arc<dyn Environment>;
     let mut system = assemble(Arc::clone(&plan), options.threads, true, &environment, Some(job))?;
+    system.write_into(&options.out, options.in_pieces());
     let mut tick = 0;
     match &options.checkpoints.from {
         None => system.initialise()?,
@@ -248,7 +256,9 @@ pub fn run_on(
     manifest.wall_seconds = saving.wall_seconds();
     manifest.simulated_seconds = state.reached.map_or(0.0, |t| t - plan.clock.start.to_f64());
     if let Some(system) = &state.system {
-        report::timings(&mut manifest, system, state.recorder.as_ref());
+        let start = plan.clock.start.to_f64();
+        let since = saving.from().map_or(0.0, |c| plan.clock.time(c.header.tick) - start);
+        report::timings(&mut manifest, system, state.recorder.as_ref(), since);
     }
     manifest.state = report::exit_state(&end);
     let mut remarks = recorder.map(|r| r.remarks().to_vec()).unwrap_or_default();
@@ -285,6 +295,7 @@ impl State {
     ) -> Result<(), Failure> {
         let environment: Arc<dyn Environment> = Arc::clone(host) as Arc<dyn Environment>;
         let system = self.system.insert(assemble(Arc::clone(plan), options.threads, true, &environment, job)?);
+        system.write_into(&options.out, options.in_pieces());
         host.initialising();
         match &options.checkpoints.from {
             None => system.initialise(),
@@ -311,8 +322,8 @@ impl State {
         system.share_watches()?;
         let begin = Instant::now();
         let mut algorithm = algorithm_of(plan);
-        host.running(plan.clock);
         let mut tick = from.map_or(0, |c| c.header.tick);
+        host.running(plan.clock, tick);
         if let Some(c) = from {
             algorithm.restore(&c.header.algorithm.iter().map(|b| f64::from_bits(*b)).collect::<Vec<_>>());
         }

@@ -36,8 +36,8 @@ pub fn manifest(plan: &Plan, options: &Options) -> Manifest {
     manifest
 }
 
-/// Adds units and timings.
-pub fn timings(manifest: &mut Manifest, system: &System, recorder: Option<&Recorder>) {
+/// Adds units, and timings of a run from `since` (s of simulated time) on.
+pub fn timings(manifest: &mut Manifest, system: &System, recorder: Option<&Recorder>, since: f64) {
     let plan = system.plan();
     let clockwork = system.clockwork();
     manifest.ranks = system.job().map_or(1, |job| job.size());
@@ -54,6 +54,7 @@ pub fn timings(manifest: &mut Manifest, system: &System, recorder: Option<&Recor
         })
         .collect();
     manifest.timings = Timings {
+        since,
         initialise_seconds: clockwork.initialise,
         run_seconds: clockwork.run,
         units: units
@@ -167,14 +168,17 @@ pub fn closing(outcome: &Outcome) -> String {
     if !heads.is_empty() {
         text.push('\n');
     }
+    let _ = write!(text, "{} s simulated in {}", short(m.simulated_seconds), duration(m.wall_seconds));
+    let here = m.simulated_seconds - t.since;
+    if t.since > 0.0 {
+        let _ = write!(text, "; since it was resumed, {} s", short(here));
+    }
     let _ = writeln!(
         text,
-        "{} s simulated in {} (initialisation {}, stepping {}, real-time factor {})",
-        short(m.simulated_seconds),
-        duration(m.wall_seconds),
+        " (initialisation {}, stepping {}, real-time factor {})",
         duration(t.initialise_seconds),
         duration(t.run_seconds),
-        short(if t.run_seconds > 0.0 { m.simulated_seconds / t.run_seconds } else { 0.0 }),
+        short(if t.run_seconds > 0.0 { here / t.run_seconds } else { 0.0 }),
     );
     for bond in &outcome.bonds {
         let _ = writeln!(text, "{}", bond.tell());

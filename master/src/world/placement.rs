@@ -135,7 +135,7 @@ pub fn place(units: &[Placer<'_>], orders: &[Place], size: usize) -> Result<Vec<
             wrong(format!("0 to {}: the run was started on {size} ranks", size.saturating_sub(1)));
         }
         if ranks.count() > 1 && !unit.spreads {
-            wrong("one rank: this unit cannot be spread over several (its library has no terramech_setTeam)".into());
+            wrong("one rank: this unit cannot be spread over several (its model announces no Team)".into());
         }
     }
     // A rank that serves the lead of a unit that is spread does nothing else.
@@ -219,7 +219,7 @@ mod tests {
             assert!(told.contains(part), "{part} in {told}");
         }
         let told = placed([None; 4], &["tire[1]=0..1"], 3).unwrap_err();
-        assert!(told.contains("terramech_setTeam"), "{told}");
+        assert!(told.contains("announces no Team"), "{told}");
         for bad in ["vehicle", "=3", "vehicle=-1", "vehicle=5..2", "vehicle=1,2", "vehicle="] {
             assert!(Place::parse(bad).unwrap_err().contains("allowed"), "{bad}");
         }

@@ -159,6 +159,36 @@ impl Bench {
     }
 }
 
+/// A system with all that is read, carried and kept: scalars, arrays that change their sizes, extrapolation and holds over steps of different lengths, a power bond, means, a series of
+/// frames. With more units and connections behind its own.
+pub fn of_everything(parts: &[Part], connections: &[(&str, &str)]) -> Bench {
+    let first = [("m", "40"), ("k", "150000"), ("d", "0"), ("x0", "0.01")];
+    let second = [("m", "400"), ("k", "0"), ("d", "0"), ("cc", "15000"), ("dc", "1000")];
+    let mut all = vec![
+        part("first", "mass_first", &first),
+        part("second", "mass_second", &second),
+        Part { name: "source", model: "array_source", set: &[], extras: "multiple=\"3\"" },
+        part("echo", "array_echo", &[]),
+    ];
+    all.extend(parts.iter().map(|p| Part { name: p.name, model: p.model, set: p.set, extras: p.extras }));
+    let mut wires = vec![
+        ("second.force", "first.force"),
+        ("first.position", "second.other.position"),
+        ("first.velocity", "second.other.velocity"),
+        ("source.points.position", "echo.in.position"),
+        ("source.points.id", "echo.in.id"),
+    ];
+    wires.extend(connections);
+    let extras = "<tm:Extrapolation element=\"second\" connector=\"*\" order=\"2\"/>\
+        <tm:Extrapolation element=\"first\" connector=\"*\" order=\"1\"/>\
+        <tm:PowerBond name=\"spring\"><tm:Pair effortElement=\"second\" effortConnector=\"force\" flowElement=\"first\" \
+        flowConnector=\"velocity\"/></tm:PowerBond>\
+        <tm:Recording><tm:Scalars element=\"*\" connector=\"*\"/>\
+        <tm:Dataset name=\"points\" element=\"source\" position=\"points.position\" every=\"0.03\"/></tm:Recording>\
+        <tm:Summary><tm:Item name=\"force\" element=\"second\" connector=\"force\" from=\"0.05\" to=\"0.5\"/></tm:Summary>";
+    Bench::new("0.01", "0.6", &all, &wires, extras)
+}
+
 const HEAD: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
     xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"

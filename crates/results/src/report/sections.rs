@@ -232,6 +232,7 @@ pub fn run_facts(manifest: &Manifest) -> Vec<Section> {
     let machine = &manifest.machine;
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     let t = &manifest.timings;
+    let since = if t.since > 0.0 { format!(", from {} s on", short(t.since)) } else { String::new() };
     let facts = [
         ("Command", manifest.command.join(" ")),
         ("Terramech", manifest.terramech.clone()),
@@ -240,7 +241,7 @@ pub fn run_facts(manifest: &Manifest) -> Vec<Section> {
         ("Threads", manifest.threads.to_string()),
         ("Real-time factor", significant(manifest.real_time_factor(), 3)),
         ("Initialisation", duration(t.initialise_seconds)),
-        ("Coupled run", duration(t.run_seconds)),
+        ("Coupled run", duration(t.run_seconds) + &since),
         ("Share of coupling", percent(t.coupling_share)),
         ("Share of recording", percent(t.io_share)),
     ];

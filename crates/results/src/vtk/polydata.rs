@@ -96,6 +96,40 @@ impl<'a> PolyData<'a> {
         self.write(precision).map_err(Error::io("encode", name.as_ref()))
     }
 
+    /// The content of a `.pvtp` file: the files of `pieces`, in its folder, as one data set. All of them have the fields of this one, which is one of them.
+    ///
+    /// # Errors
+    /// Those of writing XML.
+    pub fn list(&self, name: &str, precision: Precision, pieces: &[String]) -> Result<Vec<u8>> {
+        self.write_list(precision, pieces).map_err(Error::io("encode", name.as_ref()))
+    }
+
+    fn write_list(&self, precision: Precision, pieces: &[String]) -> io::Result<Vec<u8>> {
+        let mut file = File { xml: Writer::new_with_indent(Vec::new(), b' ', 1), blob: Vec::new(), precision };
+        file.xml.write_event(Event::Decl(BytesDecl::new("1.0", None, None)))?;
+        let head =
+            [("type", "PPolyData"), ("version", "1.0"), ("byte_order", "LittleEndian"), ("header_type", "UInt64")];
+        file.open("VTKFile", &head)?;
+        file.open("PPolyData", &[("GhostLevel", "0")])?;
+        for (section, fields) in [("PPointData", &self.point_data), ("PCellData", &self.cell_data)] {
+            file.open(section, &active(fields))?;
+            fields.iter().try_for_each(|field| file.told(field))?;
+            file.close(section)?;
+        }
+        file.open("PPoints", &[])?;
+        file.told(&Field::vector("Points", &[]))?;
+        file.close("PPoints")?;
+        for piece in pieces {
+            let tag = BytesStart::new("Piece").with_attributes([("Source", piece.as_str())]);
+            file.xml.write_event(Event::Empty(tag))?;
+        }
+        file.close("PPolyData")?;
+        file.close("VTKFile")?;
+        let mut out = file.xml.into_inner();
+        out.push(b'\n');
+        Ok(out)
+    }
+
     fn counts(&self) -> (usize, usize) {
         let points = self.points.len() / 3;
         match self.cells {
@@ -182,6 +216,21 @@ impl<'a> PolyData<'a> {
     }
 }
 
+/// Type of a field's values in a file.
+fn kind(field: &Field, precision: Precision) -> &'static str {
+    match (field.values, precision) {
+        (Values::Real(_), Precision::Single) => "Float32",
+        (Values::Real(_), Precision::Double) => "Float64",
+        (Values::Integer(_), _) => "Int32",
+    }
+}
+
+/// The first scalar and vector are active when a file is opened: what "Glyph" and colouring start from.
+fn active<'a>(fields: &[Field<'a>]) -> Vec<(&'static str, &'a str)> {
+    let first = |components: usize| fields.iter().find(|f| f.components == components).map(|f| f.name);
+    [("Scalars", first(1)), ("Vectors", first(3))].into_iter().filter_map(|(k, v)| Some((k, v?))).collect()
+}
+
 /// The file under way: the XML head, and the compressed arrays that follow it.
 struct File {
     xml: Writer<Vec<u8>>,
@@ -200,29 +249,33 @@ impl File {
     }
 
     fn fields(&mut self, section: &str, fields: &[Field]) -> io::Result<()> {
-        // The first scalar and vector are active when the file is opened: what "Glyph" and colouring start from.
-        let first = |components: usize| fields.iter().find(|f| f.components == components).map(|f| f.name);
-        let active: Vec<(&str, &str)> =
-            [("Scalars", first(1)), ("Vectors", first(3))].into_iter().filter_map(|(k, v)| Some((k, v?))).collect();
-        self.open(section, &active)?;
+        self.open(section, &active(fields))?;
         for field in fields {
             self.array(field)?;
         }
         self.close(section)
     }
 
+    /// What all pieces have, without its values.
+    fn told(&mut self, field: &Field) -> io::Result<()> {
+        let tag = BytesStart::new("PDataArray").with_attributes([
+            ("type", kind(field, self.precision)),
+            ("Name", field.name),
+            ("NumberOfComponents", field.components.to_string().as_str()),
+        ]);
+        self.xml.write_event(Event::Empty(tag))
+    }
+
     fn array(&mut self, field: &Field) -> io::Result<()> {
         let offset = self.blob.len().to_string();
-        let (kind, bytes): (_, Vec<u8>) = match (field.values, self.precision) {
-            (Values::Real(v), Precision::Single) => {
-                ("Float32", v.iter().flat_map(|x| (*x as f32).to_le_bytes()).collect())
-            }
-            (Values::Real(v), Precision::Double) => ("Float64", v.iter().flat_map(|x| x.to_le_bytes()).collect()),
-            (Values::Integer(v), _) => ("Int32", v.iter().flat_map(|x| x.to_le_bytes()).collect()),
+        let bytes: Vec<u8> = match (field.values, self.precision) {
+            (Values::Real(v), Precision::Single) => v.iter().flat_map(|x| (*x as f32).to_le_bytes()).collect(),
+            (Values::Real(v), Precision::Double) => v.iter().flat_map(|x| x.to_le_bytes()).collect(),
+            (Values::Integer(v), _) => v.iter().flat_map(|x| x.to_le_bytes()).collect(),
         };
         blocks::append(&mut self.blob, &bytes)?;
         let tag = BytesStart::new("DataArray").with_attributes([
-            ("type", kind),
+            ("type", kind(field, self.precision)),
             ("Name", field.name),
             ("NumberOfComponents", field.components.to_string().as_str()),
             ("format", "appended"),

@@ -15,6 +15,8 @@ use std::io;
 pub struct VtkSeries {
     name: String,
     precision: Precision,
+    /// Whether each frame is a list of pieces that others write.
+    pieces: usize,
     frames: Vec<(f64, String)>,
 }
 
@@ -22,7 +24,7 @@ impl VtkSeries {
     /// A series; `name` becomes a file name: letters other than ASCII letters, digits, `-` and `_` turn into `_`.
     pub fn new(name: &str) -> VtkSeries {
         let name = name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect();
-        VtkSeries { name, precision: Precision::Single, frames: Vec::new() }
+        VtkSeries { name, precision: Precision::Single, pieces: 0, frames: Vec::new() }
     }
 
     /// The same series with fields in 64 bits.
@@ -30,14 +32,32 @@ impl VtkSeries {
         VtkSeries { precision: Precision::Double, ..self }
     }
 
-    /// The same series with frames at these times (s) written already, by an earlier part of the run.
-    pub fn after(mut self, times: &[f64]) -> VtkSeries {
-        self.frames = times.iter().enumerate().map(|(i, t)| (*t, self.file(i))).collect();
+    /// The same series with each frame in so many pieces (`.pvtp`), which others write: [`VtkSeries::path`] tells where, [`VtkSeries::adopt`] takes them in.
+    pub fn in_pieces(self, pieces: usize) -> VtkSeries {
+        VtkSeries { pieces, ..self }
+    }
+
+    /// Path of the series in the run's folder: frame 12 is `PATH_000012.vtp`, or of pieces `PATH_000012.pvtp` and `PATH_000012_K.vtp`.
+    pub fn path(&self) -> String {
+        format!("vtk/{}", self.name)
+    }
+
+    fn prefix(&self, frame: usize) -> String {
+        format!("{}_{frame:06}", self.path())
+    }
+
+    /// The same series with frames at these times (s) written already, by an earlier part of the run in this folder, whole or in pieces.
+    pub fn after(mut self, folder: &RunFolder, times: &[f64]) -> VtkSeries {
+        let file = |i: usize| {
+            let [list, whole] = ["pvtp", "vtp"].map(|ending| format!("{}_{i:06}.{ending}", self.name));
+            if folder.path().join("vtk").join(&list).exists() { list } else { whole }
+        };
+        self.frames = times.iter().enumerate().map(|(i, t)| (*t, file(i))).collect();
         self
     }
 
     fn file(&self, frame: usize) -> String {
-        format!("{}_{frame:06}.vtp", self.name)
+        format!("{}_{frame:06}.{}", self.name, if self.pieces > 0 { "pvtp" } else { "vtp" })
     }
 
     /// Number of frames written.
@@ -52,6 +72,26 @@ impl VtkSeries {
     pub fn write(&mut self, folder: &RunFolder, time: f64, data: &PolyData) -> Result<()> {
         let file = self.file(self.frames.len());
         folder.write(&format!("vtk/{file}"), &data.encode(&self.name, self.precision)?)?;
+        // What an earlier part of the run, which was cut, may have left in pieces.
+        folder.remove(&format!("{}.pvtp", self.prefix(self.frames.len())))?;
+        self.add(folder, time, file)
+    }
+
+    /// Takes in the frame at `time` (s) whose pieces and list others have written.
+    ///
+    /// # Errors
+    /// Those of [`RunFolder::adopt`] and [`RunFolder::write_with`].
+    pub fn adopt(&mut self, folder: &RunFolder, time: f64) -> Result<()> {
+        let frame = self.frames.len();
+        let file = self.file(frame);
+        folder.adopt(&format!("vtk/{file}"))?;
+        for piece in 0..self.pieces {
+            folder.adopt(&format!("{}_{piece}.vtp", self.prefix(frame)))?;
+        }
+        self.add(folder, time, file)
+    }
+
+    fn add(&mut self, folder: &RunFolder, time: f64, file: String) -> Result<()> {
         self.frames.push((time, file));
         let pvd = format!("vtk/{}.pvd", self.name);
         let list = self.list().map_err(Error::io("encode", pvd.as_ref()))?;

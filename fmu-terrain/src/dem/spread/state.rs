@@ -21,6 +21,14 @@ impl DemState {
         }));
     }
 
+    /// The whole of the parts of all members, in their order; `None` of none.
+    pub fn joined(parts: impl IntoIterator<Item = Self>) -> Option<Self> {
+        parts.into_iter().reduce(|mut whole, part| {
+            whole.append(part);
+            whole
+        })
+    }
+
     /// The part of member `index` of `size`: slabs in a row with their grains; what it looks at behind them goes to `spread`.
     fn part(&self, spread: &mut Spread) -> Self {
         let (index, size) = (spread.index, spread.size);

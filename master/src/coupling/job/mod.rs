@@ -55,7 +55,7 @@ pub trait Relay: Send + Sync {
 /// Why a rank cannot go on, as data. The least of all ranks counts, so that the same is told for every placement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Trouble {
-    /// Base step, part of it (1: inputs and step, 2: outputs), and unit.
+    /// Base step, part of it (0: outputs, 1: inputs, 2: the step from there), and unit.
     at: (u64, u8, usize),
     rank: usize,
     code: ExitCode,
@@ -77,8 +77,6 @@ pub(super) struct Report {
     pub early: Vec<(String, u64)>,
     /// What went wrong in `fmi2Terminate`.
     pub ends: Vec<String>,
-    /// Wall time of the exchange (s).
-    pub coupling: f64,
 }
 
 /// How far the ranks have come together.
@@ -137,7 +135,7 @@ pub struct Job {
     teams: Vec<(usize, Vec<usize>, Option<Box<Team>>)>,
     /// Whether those who serve here have been told to begin.
     begun: bool,
-    notes: Notes,
+    notes: Rc<RefCell<Notes>>,
     /// The rank of each unit.
     owner: Vec<usize>,
     stage: Stage,
@@ -166,21 +164,21 @@ impl Job {
         let (rank, size) = (world.rank(), world.size());
         let world: Shared = Rc::new(RefCell::new(world));
         let mut serve = vec![false; size];
+        for ranks in ranks {
+            ranks.all().skip(1).for_each(|r| serve[r] = true);
+        }
+        let stop = (1..size).filter(|r| !serve[*r]).collect();
+        let notes = Rc::new(RefCell::new(Notes { relay, rank, told: 0, heard: vec![0; size], stop }));
         let mut teams = Vec::new();
         for (unit, ranks) in ranks.iter().enumerate().filter(|(_, r)| r.count() > 1) {
             let all: Vec<usize> = ranks.all().collect();
-            all[1..].iter().for_each(|r| serve[*r] = true);
-            let team = (all[0] == rank).then(|| Team::new(Rc::clone(&world), all.clone()));
+            // While its members work together what the lead has to tell, such as how far a bed has settled, goes to rank 0.
+            let aside = || Rc::clone(&notes) as Rc<RefCell<dyn Aside>>;
+            let team = (all[0] == rank).then(|| Team::new(Rc::clone(&world), all.clone(), Some(aside())));
             teams.push((unit, all, team));
         }
         Self {
-            notes: Notes {
-                relay,
-                rank,
-                told: 0,
-                heard: vec![0; size],
-                stop: (1..size).filter(|r| !serve[*r]).collect(),
-            },
+            notes,
             owner: ranks.iter().map(|r| r.first as usize).collect(),
             world,
             rank,
@@ -219,6 +217,11 @@ impl Job {
         self.teams.iter().find(|t| t.0 == unit)?.2.as_deref()
     }
 
+    /// How many ranks a unit is spread over; 0: it is not.
+    pub fn members_of(&self, unit: usize) -> usize {
+        self.teams.iter().find(|t| t.0 == unit).map_or(0, |t| t.1.len())
+    }
+
     /// Whether a unit is spread over several ranks: it is called from this thread alone.
     pub fn is_spread(&self, unit: usize) -> bool {
         self.teams.iter().any(|t| t.0 == unit)
@@ -229,7 +232,7 @@ impl Job {
         let mut failed = None;
         for (_, ranks, _) in self.teams.iter().filter(|t| t.2.is_some()) {
             let mut into: Vec<Message> = ranks[1..].iter().map(|r| (*r, Vec::new())).collect();
-            self.world.borrow_mut().round(&[], &mut into, Some(&mut self.notes))?;
+            self.world.borrow_mut().round(&[], &mut into, Some(&mut *self.notes.borrow_mut()))?;
             for (rank, bytes) in into {
                 if let Some((text, code)) = serde_json::from_slice::<Option<(String, ExitCode)>>(&bytes).ok().flatten()
                 {
@@ -247,7 +250,7 @@ impl Job {
         }
         for (_, ranks, _) in self.teams.iter().filter(|t| t.2.is_some()) {
             let out: Vec<Message> = ranks[1..].iter().map(|r| (*r, vec![u8::from(go)])).collect();
-            self.world.borrow_mut().round(&out, &mut [], Some(&mut self.notes))?;
+            self.world.borrow_mut().round(&out, &mut [], Some(&mut *self.notes.borrow_mut()))?;
         }
         Ok(())
     }
@@ -269,7 +272,7 @@ impl Job {
 
     /// Lets notes go and come.
     pub(super) fn listen(&mut self) -> Result<(), Failure> {
-        Ok(self.world.borrow_mut().notes(&mut self.notes)?)
+        Ok(self.world.borrow_mut().notes(&mut *self.notes.borrow_mut())?)
     }
 
     /// The other ranks.
@@ -285,7 +288,7 @@ impl Job {
         } else {
             (vec![(0, mine)], Vec::new())
         };
-        self.world.borrow_mut().round(&out, &mut into, Some(&mut self.notes))?;
+        self.world.borrow_mut().round(&out, &mut into, Some(&mut *self.notes.borrow_mut()))?;
         Ok(into)
     }
 
@@ -293,11 +296,11 @@ impl Job {
     pub(super) fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>, Failure> {
         if self.rank() == 0 {
             let out: Vec<Message> = self.others().map(|r| (r, mine.clone())).collect();
-            self.world.borrow_mut().round(&out, &mut [], Some(&mut self.notes))?;
+            self.world.borrow_mut().round(&out, &mut [], Some(&mut *self.notes.borrow_mut()))?;
             return Ok(mine);
         }
         let mut into = [(0, Vec::new())];
-        self.world.borrow_mut().round(&[], &mut into, Some(&mut self.notes))?;
+        self.world.borrow_mut().round(&[], &mut into, Some(&mut *self.notes.borrow_mut()))?;
         let [(_, bytes)] = into;
         Ok(bytes)
     }
@@ -361,7 +364,7 @@ impl Job {
         };
         let out: Vec<Message> = cargo_out.iter().map(|(&r, cargos)| (r, pack(cargos))).collect();
         let mut into: Vec<Message> = cargo_in.keys().map(|&r| (r, Vec::new())).collect();
-        self.world.borrow_mut().round(&out, &mut into, Some(&mut self.notes))?;
+        self.world.borrow_mut().round(&out, &mut into, Some(&mut *self.notes.borrow_mut()))?;
         for (from, bytes) in &into {
             let mut unpacker = Unpacker(bytes);
             for cargo in cargo_in.get(from).into_iter().flatten() {
@@ -393,10 +396,11 @@ impl Job {
         // What is still to be said goes with the round, or before it.
         self.listen()?;
         let told = |told: u64, report: &Report| serde_json::to_vec(&(told, report)).unwrap_or_default();
-        let all = self.gather(told(self.notes.told, &mine))?;
+        let mine = told(self.notes.borrow().told, &mine);
+        let all = self.gather(mine)?;
         for (from, bytes) in &all {
             let (told, report): (u64, Report) = serde_json::from_slice(bytes).unwrap_or_default();
-            while self.notes.heard[*from] < told {
+            while self.notes.borrow().heard[*from] < told {
                 self.listen()?;
                 std::thread::yield_now();
             }

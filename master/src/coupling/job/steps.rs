@@ -6,7 +6,7 @@ use super::bytes::{Packer, Unpacker};
 use super::cargo::Cargo;
 use super::{Job, Report, Stage, Trouble};
 use crate::coupling::watch::{Schedule, Watch};
-use crate::coupling::{Advance, Failure, System, UnitState};
+use crate::coupling::{Advance, Failure, Show, System, UnitState};
 use crate::loading::{Class, Outputs};
 use crate::model_description::Kind;
 use crate::world::Broken;
@@ -34,7 +34,7 @@ impl Job {
             bytes.clear();
             bytes.extend([What::Over as u8, 0]);
         }
-        Ok(self.world.borrow_mut().round(&self.out, &mut self.into, Some(&mut self.notes))?)
+        Ok(self.world.borrow_mut().round(&self.out, &mut self.into, Some(&mut *self.notes.borrow_mut()))?)
     }
 
     fn trouble(&mut self, failure: &Failure, at: (u64, u8), units: &[String]) {
@@ -72,10 +72,12 @@ impl System {
         self.agree(Ok(()))?;
         let Some(mut job) = self.job.take() else { return Ok(()) };
         let told: Vec<Told> = self.watches.iter().map(tell).collect();
-        let told = job.broadcast(serde_json::to_vec(&told).unwrap_or_default())?;
+        let told = job.broadcast(serde_json::to_vec(&(told, self.shows())).unwrap_or_default())?;
         if job.rank() != 0 {
-            let told: Vec<Told> = serde_json::from_slice(&told).map_err(|e| Broken(e.to_string()))?;
+            let (told, shows): (Vec<Told>, Vec<Show>) =
+                serde_json::from_slice(&told).map_err(|e| Broken(e.to_string()))?;
             self.watches = told.into_iter().map(take).collect();
+            self.take_shows(shows);
         }
         job.begin(&self.links);
         self.job = Some(job);
@@ -108,7 +110,7 @@ impl System {
         if !job.idle {
             let read = self.read_outputs(tick).and_then(|()| {
                 let looked = Instant::now();
-                let read = self.read_watches(tick, all, |unit| job.is_here(unit));
+                let read = self.read_watches(tick, all, |unit| job.is_here(unit)).and_then(|()| self.write_shows(tick));
                 watching = looked.elapsed();
                 read
             });
@@ -127,7 +129,7 @@ impl System {
         let over = job.rank() == 0 && job.idle && self.ended.is_none();
         self.pack(job, tick, all, over);
         let packed = begin.elapsed();
-        job.world.borrow_mut().round(&job.out, &mut job.into, Some(&mut job.notes))?;
+        job.world.borrow_mut().round(&job.out, &mut job.into, Some(&mut *job.notes.borrow_mut()))?;
         let waited = begin.elapsed() - packed;
         let come = self.unpack(job, tick, all)?;
         let first = come.troubles.into_iter().chain(job.trouble.clone()).min_by_key(|t| (t.at, t.rank));
@@ -169,7 +171,7 @@ impl System {
             (false, true) => What::Nothing,
             (false, false) => What::Values,
         };
-        let asked = job.notes.relay.is_stop_asked();
+        let asked = job.notes.borrow().relay.is_stop_asked();
         for (to, bytes) in &mut job.out {
             bytes.clear();
             let mut packer = Packer(bytes);
@@ -217,7 +219,7 @@ impl System {
             }
             if me == 0 {
                 if unpacker.byte()? != 0 {
-                    job.notes.relay.hear(*from, super::Note::Stop);
+                    job.notes.borrow().relay.hear(*from, super::Note::Stop);
                 }
                 let (unit, time) = (unpacker.whole()? as usize, unpacker.real()?);
                 if unit < self.members.len() && come.ended.is_none_or(|(other, _)| unit < other) {
@@ -339,7 +341,6 @@ impl System {
                 packer.whole(units.len() as u64);
                 for (index, unit) in units {
                     packer.whole(index as u64);
-                    packer.whole(unit.calls);
                     packer.bytes(&unit.bytes);
                 }
                 for (_, numbers) in self.links.tracks_of() {
@@ -364,12 +365,12 @@ impl System {
                 return Err(Trouble { rank: *rank, ..told }.failure());
             }
             for _ in 0..unpacker.whole()? {
-                let (index, calls) = (unpacker.whole()? as usize, unpacker.whole()?);
+                let index = unpacker.whole()? as usize;
                 let bytes = unpacker.bytes()?.to_vec();
                 let component =
                     self.plan.components.get(index).ok_or_else(|| Broken("a unit that is not there".into()))?;
                 let (name, guid) = (component.name.clone(), self.plan.model(index).guid.clone());
-                units.push((index, UnitState { name, guid, bytes, calls }));
+                units.push((index, UnitState { name, guid, bytes }));
             }
             // All tracks come; those count whose outputs are read there.
             let mut numbers = Vec::new();
@@ -401,7 +402,6 @@ impl System {
                 .collect(),
             early: self.early_returns().map(|(unit, count)| (unit.to_owned(), count)).collect(),
             ends: said.clone(),
-            coupling: self.clockwork.coupling,
         };
         said.extend(job.close(report).err().map(|e| e.to_string()));
         for report in job.reports() {
