@@ -88,6 +88,7 @@ macro_rules! export {
                 terramech_setProgress = set_progress(c: C, report: Option<ProgressReport>, env: *mut std::ffi::c_void) -> S;
                 terramech_setTeam = set_team(c: C, team: *const TeamTable) -> S;
                 terramech_serveTeam = serve_team(c: C) -> S;
+                terramech_measure = measure(c: C, folder: Fmi2String) -> S;
                 terramech_setPieces = set_pieces(c: C, prefix: Fmi2String) -> S;
                 terramech_writePieces = write_pieces(c: C, prefix: Fmi2String, position: Vr, n: usize, vr: *const Vr, name: *const Fmi2String) -> S;
             );
@@ -522,6 +523,13 @@ exports! {
     }
     /// `terramech_serveTeam`.
     fn serve_team("terramech_serveTeam"; h) { h.instance.serve_team() }
+    /// `terramech_measure`.
+    fn measure("terramech_measure"; h, folder: Fmi2String) {
+        // SAFETY: the caller's promise.
+        let folder = unsafe { prefix_of("terramech_measure", folder)? };
+        let folder = folder.ok_or_else(|| refuse("terramech_measure: no folder is given"))?;
+        h.instance.measure(&folder)
+    }
     /// `terramech_setPieces`.
     fn set_pieces("terramech_setPieces"; h, prefix: Fmi2String) {
         // SAFETY: the caller's promise.

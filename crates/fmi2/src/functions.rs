@@ -101,6 +101,8 @@ functions! {
     SetTeam = "terramech_setTeam"(c: C, team: *const TeamTable) -> S;
     /// A member other than the lead does what the lead asks, until the lead is freed.
     ServeTeam = "terramech_serveTeam"(c: C) -> S;
+    /// Measures what the specification describes, without any coupling, and writes what was found into a folder; after instantiation and its parameters.
+    Measure = "terramech_measure"(c: C, folder: Fmi2String) -> S;
     /// Where the members of a team may leave their parts of saved states: a prefix of files, or NULL for states that hold everything.
     SetPieces = "terramech_setPieces"(c: C, prefix: Fmi2String) -> S;
     /// The members of a team write points with fields (`n` arrays and names) as `PREFIX_K.vtp`, and `PREFIX.pvtp`.

@@ -228,6 +228,16 @@ impl Instance {
         self.take("terramech_serveTeam", r)
     }
 
+    /// `terramech_measure`.
+    ///
+    /// # Errors
+    /// Wrong mode, what the unit cannot measure.
+    pub fn measure(&mut self, folder: &Path) -> Call {
+        self.require("terramech_measure", &[Mode::Instantiated])?;
+        let r = self.unit.measure(&mut self.values, host!(self), folder);
+        self.take("terramech_measure", r)
+    }
+
     /// `terramech_setPieces`: a prefix of files, or none.
     pub fn set_pieces(&mut self, prefix: Option<PathBuf>) {
         self.pieces.clone_from(&prefix);
@@ -348,9 +358,8 @@ impl Instance {
         let r = self.unit.save();
         let unit = self.take("fmi2GetFMUstate", r)?;
         // Arrays that are computed when they are read (all grains) need no place in it.
-        let is_kept = |v: &Variable| {
-            !v.not_in_state && !(v.on_demand && matches!(v.start, Start::RealArray | Start::IntegerArray))
-        };
+        let is_array = |v: &Variable| matches!(v.start, Start::RealArray | Start::IntegerArray);
+        let is_kept = |v: &Variable| !(v.not_in_state || v.on_demand && is_array(v));
         let keep = |(i, v): (usize, &Variable)| is_kept(v).then(|| self.values.value(i));
         let saved = Saved {
             guid: self.model.guid(),

@@ -227,6 +227,13 @@ pub trait Unit: Send {
     fn serve(&mut self, _v: &mut Values, _host: &Host) -> Result<(), UnitError> {
         Err(UnitError::input("this unit is no member of a team"))
     }
+    /// Measures what its specification describes, by itself: numbers, plots and a page go into a folder, a table into the log.
+    ///
+    /// # Errors
+    /// A unit that has nothing to measure; faults of the specification, of the measurement, of the folder.
+    fn measure(&mut self, _v: &mut Values, _host: &Host, _folder: &Path) -> Result<(), UnitError> {
+        Err(UnitError::input("this unit has nothing to measure by itself"))
+    }
     /// Gives its team back: a restored unit takes its place in it, by [`Unit::join`]. The other members serve on.
     fn leave(&mut self) -> Option<Box<dyn Team>> {
         None

@@ -42,9 +42,9 @@ enum Task {
         /// Part to run (default: all).
         name: Option<String>,
     },
-    /// Virtual soil tests on a specification: density, angle of repose, direct shear, plate sinkage; with plots.
+    /// Build, pack and run `terramech soil`: density, angle of repose, direct shear, plate sinkage; with plots.
     Soil {
-        /// Specification, then `--out DIR`, `--threads N`, `--seed S`.
+        /// Those of `terramech soil`.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         args: Vec<String>,
     },

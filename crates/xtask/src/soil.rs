@@ -1,17 +1,15 @@
-//! `cargo xtask soil [SPECIFICATION.json] ...`: virtual soil tests on a specification.
-//!
-//! The master knows units only through their C interface, and the tests need the granular engine itself (walls that go away, plates
-//! that keep a pressure): so they are no command of `terramech`, but a program of the unit crate, which this task builds and runs.
+//! `cargo xtask soil SPECIFICATION.json ...`: builds and packs what `terramech soil` needs, and runs it.
 
-use crate::process::{cargo, run, target};
+use crate::pack;
+use crate::process::{fmus, run, target};
 use anyhow::Result;
 use std::process::Command;
 
-/// Runs it with these arguments (see `fmu-terrain/examples/soil.rs`).
+/// Runs it with these arguments.
 ///
 /// # Errors
 /// It does not build, or ends with an error.
 pub fn soil(args: &[String]) -> Result<()> {
-    run(&mut cargo(["build", "--release", "--quiet", "-p", "fmu-terrain", "--example", "soil"]))?;
-    run(Command::new(target().join("release/examples/soil")).args(args))
+    pack::pack()?;
+    run(Command::new(target().join("release/terramech")).arg("soil").args(args).arg("--fmu-path").arg(fmus()))
 }

@@ -586,6 +586,20 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
         }
     }
 
+    fn measure(&mut self, v: &mut Values, host: &Host, folder: &Path) -> Result<(), UnitError> {
+        if E::NAME != CpuEngine::NAME {
+            return Err(UnitError::input("soil is measured by terrain-dem-p"));
+        }
+        let default = super::default_specification();
+        let given = specification::load::<Terrain>(v.string(self.vars.common.specification), &default, host)?;
+        given.value.check(&given.origin)?;
+        let threads = v[self.vars.common.threads].max(1) as usize;
+        let mut progress = |phase: &str, done: f64| host.progress(phase, done).is_ok();
+        let table = crate::soil::sheet(&given.value, &given.origin, threads, folder, &mut progress)?;
+        table.lines().for_each(|line| host.log(LogCategory::Info, line));
+        Ok(())
+    }
+
     fn leave(&mut self) -> Option<Box<dyn Team>> {
         let crew = self.lead.crew.take()?;
         Some(Box::new(crew))

@@ -15,10 +15,12 @@ mod apparatus;
 mod plate;
 mod repose;
 mod shear;
+mod sheet;
 
 pub use plate::{Plates, Sinkage, plates};
 pub use repose::{Repose, repose};
 pub use shear::{Shear, Sheared, shear};
+pub use sheet::sheet;
 
 use crate::config::Terrain;
 use crate::dem::{

@@ -31,6 +31,8 @@ pub enum Command {
     Import(Import),
     /// Show the variables and connections of a system or an FMU
     Inspect(Inspect),
+    /// Test the soil of a specification as on an engineer's bench: bulk density, angle of repose, direct shear, plate sinkage (Bekker), with plots
+    Soil(Soil),
 }
 
 /// How a system is found and changed.
@@ -145,6 +147,28 @@ pub struct Import {
     /// A folder to search for FMUs with bare names; may be repeated
     #[arg(long, value_name = "DIR")]
     pub fmu_path: Vec<PathBuf>,
+}
+
+/// `terramech soil`.
+#[derive(Debug, clap::Args)]
+pub struct Soil {
+    /// Specification of a granular terrain (JSON), as the parameter `specification` of its unit
+    pub specification: PathBuf,
+    /// Folder for soil.json, plots and report.html: new, empty, or of an earlier sheet, whose files are replaced
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// The terrain's FMU
+    #[arg(long, value_name = "FMU", default_value = "terrain-dem-p.fmu")]
+    pub fmu: PathBuf,
+    /// A folder to search for the FMU; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub fmu_path: Vec<PathBuf>,
+    /// Threads [default: the cores this process may use]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    pub threads: Option<u16>,
+    /// Show no progress
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 /// `terramech inspect`.

@@ -21,6 +21,7 @@ pub fn carry_out(args: Args, words: &[OsString]) -> ExitCode {
         Command::Pack(args) => pack(&args),
         Command::Import(args) => import(&args),
         Command::Inspect(args) => inspect(&args),
+        Command::Soil(args) => super::soil::soil(&args),
     }
 }
 

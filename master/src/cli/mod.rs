@@ -3,6 +3,7 @@
 mod args;
 mod commands;
 mod run;
+mod soil;
 
 use std::ffi::OsString;
 

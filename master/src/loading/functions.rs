@@ -67,6 +67,7 @@ table! {
         set_progress: SetProgress = "terramech_setProgress";
         set_team: SetTeam = "terramech_setTeam";
         serve_team: ServeTeam = "terramech_serveTeam";
+        measure: Measure = "terramech_measure";
         set_pieces: SetPieces = "terramech_setPieces";
         write_pieces: WritePieces = "terramech_writePieces";
     }

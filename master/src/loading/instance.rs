@@ -173,6 +173,24 @@ impl Instance {
         })
     }
 
+    /// Whether its library has `terramech_measure`.
+    pub fn measures(&self) -> bool {
+        self.functions.measure.is_some()
+    }
+
+    /// `terramech_measure`: what its specification describes, without any coupling; into a folder.
+    ///
+    /// # Errors
+    /// [`CallError`]; a library without the function.
+    pub fn measure(&mut self, folder: &Path) -> Result<(), CallError> {
+        let folder = c_text(folder);
+        self.call(&"terramech_measure", |f, c| match f.measure {
+            // SAFETY: a text that lives through the call.
+            Some(measure) => unsafe { measure(c, folder.as_ptr()) },
+            None => terramech_fmi2::types::FMI2_ERROR,
+        })
+    }
+
     /// `terramech_setPieces`: where its team may leave parts of saved states; without the function states hold everything.
     ///
     /// # Errors

@@ -172,10 +172,10 @@ fn straight_line(seen: &Seen) -> Result<Rows> {
             "wheel loads at rest".into(),
             "-",
             format!(
-                "0.4 to 0.6 s: {:.0} N, front axle {:.0} N, rear {:.0} N",
-                seen.mean(&loads, 0.4, 0.6),
-                seen.mean(&seen.sum(&[1, 2], "force.z")?, 0.4, 0.6),
-                seen.mean(&seen.sum(&[3, 4], "force.z")?, 0.4, 0.6)
+                "0.85 to 1.0 s, at the spindles: {:.0} N, front axle {:.0} N, rear {:.0} N",
+                seen.mean(&loads, 0.85, 1.0),
+                seen.mean(&seen.sum(&[1, 2], "force.z")?, 0.85, 1.0),
+                seen.mean(&seen.sum(&[3, 4], "force.z")?, 0.85, 1.0)
             ),
         ),
     ];
@@ -183,13 +183,13 @@ fn straight_line(seen: &Seen) -> Result<Rows> {
         Ok(seen.sum(wheels, what)?.into_iter().map(|v| 0.5 * v).collect())
     };
     let (front, rear) = (half(&[1, 2], "position.x")?, half(&[3, 4], "position.x")?);
-    let stood = seen.mean(&front, 0.4, 0.6);
+    let stood = seen.mean(&front, 0.85, 1.0);
     let (zf, zr) = (half(&[1, 2], "position.z")?, half(&[3, 4], "position.z")?);
-    let rest = [seen.mean(&zf, 0.4, 0.6), seen.mean(&zr, 0.4, 0.6)];
+    let rest = [seen.mean(&zf, 0.85, 1.0), seen.mean(&zr, 0.85, 1.0)];
     if let Some((time, k)) = seen.first(|k| rear[k] >= stood) {
-        let span = 0.2;
+        let span = 0.15;
         let axle = |w: &[usize]| seen.sum(w, "force.x");
-        let (before, after) = ([time - span, time], [time + 0.05, time + 0.05 + span]);
+        let (before, after) = ([time - span, time], [time + 0.02, time + 0.02 + span]);
         let told = |v: &[f64], scale: f64, digits: usize| {
             let [a, b] = [before, after].map(|[from, to]| scale * seen.mean(v, from, to));
             format!("{a:.digits$} before, {b:.digits$} after")
@@ -211,6 +211,8 @@ fn straight_line(seen: &Seen) -> Result<Rows> {
             told(&above(&zf, rest[0]), 1e3, 1),
         ));
         rows.push(("net force of the rear axle (N)".into(), "larger after", told(&axle(&[3, 4])?, 1.0, 0)));
+        let share: Vec<f64> = axle(&[3, 4])?.iter().zip(axle(&[1, 2])?).map(|(r, f)| 100.0 * r / (r + f)).collect();
+        rows.push(("its share of both axles' (%)".into(), "-", told(&share, 1.0, 1)));
         rows.push(("net force of the front axle (N)".into(), "-", told(&axle(&[1, 2])?, 1.0, 0)));
     }
     let shift = seen.first(|k| gear[k] > 1.5);
@@ -234,7 +236,7 @@ fn obstacle(seen: &Seen) -> Result<Rows> {
         let z = seen.wheel(wheel, "position.z")?;
         let top = z.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if let Some((time, k)) = seen.first(|k| z[k] == top) {
-            let rest = seen.mean(z, 0.4, 0.5);
+            let rest = seen.mean(z, 0.15, 0.3);
             rows.push((
                 format!("{name} wheel highest"),
                 "over the cylinder",
@@ -276,7 +278,7 @@ fn obstacle(seen: &Seen) -> Result<Rows> {
     rows.push(("dips of forward speed".into(), "two, at x = 0 and x = 2.5 m", told));
     for (wheel, name) in [(1, "front left"), (3, "rear left")] {
         let load = seen.wheel(wheel, "force.z")?;
-        let spans = seen.spans(0.015, |k| seen.time()[k] > 0.6 && load[k] < 1.0);
+        let spans = seen.spans(0.015, |k| seen.time()[k] > 0.15 && load[k] < 1.0);
         let told: Vec<String> = spans.iter().map(|[a, b]| format!("{a:.2} to {b:.2} s")).collect();
         let most = load.iter().copied().fold(0.0, f64::max);
         let told = if told.is_empty() { "never".into() } else { told.join(", ") };
