@@ -13,6 +13,8 @@ pub struct MeshShape {
     body: MeshBody,
     grid: FacetGrid,
     drift: f64,
+    /// Of the vertices alone: what sleeps by it must be the same for a mesh that was made anew from a saved state.
+    bounds: [Vec3; 2],
 }
 
 thread_local! {
@@ -25,7 +27,8 @@ impl MeshShape {
     pub fn new(mut body: MeshBody) -> Self {
         let mut grid = FacetGrid::default();
         grid.refit(&mut body);
-        Self { body, grid, drift: 0.0 }
+        let bounds = around(body.positions());
+        Self { body, grid, drift: 0.0, bounds }
     }
 
     /// The body.
@@ -49,7 +52,15 @@ impl MeshShape {
             self.grid.refit(&mut self.body);
             self.drift = 0.0;
         }
+        self.bounds = around(self.body.positions());
     }
+}
+
+/// The box around points.
+fn around(points: &[Vec3]) -> [Vec3; 2] {
+    points.iter().fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
+        [std::array::from_fn(|c| low[c].min(p[c])), std::array::from_fn(|c| high[c].max(p[c]))]
+    })
 }
 
 impl Shape for MeshShape {
@@ -59,8 +70,7 @@ impl Shape for MeshShape {
     }
 
     fn bounds(&self) -> [Vec3; 2] {
-        let (low, high) = self.grid.bounds();
-        [low.map(|x| x - self.drift), high.map(|x| x + self.drift)]
+        self.bounds
     }
 
     fn touches(&self, centre: Vec3, radius: f64, out: &mut Vec<BodyTouch>) {
