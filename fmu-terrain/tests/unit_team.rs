@@ -43,6 +43,17 @@ fn wheel(t: &mut Terrain, height: f64, k: usize) {
     t.xyz("body[1].angular_velocity", [0.0, 40.0, 0.0]);
 }
 
+/// Makes the bed, and places the wheel on it.
+fn begin(t: &mut Terrain) {
+    t.string("body[1].shape", "cylinder");
+    t.set("body[1].radius", 0.05);
+    t.set("body[1].width", 0.04);
+    t.begin().unwrap();
+    let height = t.get("height");
+    wheel(t, height, 0);
+    t.0.exit_initialization().unwrap();
+}
+
 /// Where pieces of the saved state in the middle lie, and how many there should be.
 type Kept<'a> = Option<(&'a Path, usize)>;
 
@@ -55,13 +66,7 @@ fn drive(mut t: Terrain, saved: Option<&[u8]>, kept: Kept<'_>) -> (Vec<u64>, Vec
         t.0.set_pieces(None);
         from = 20;
     } else {
-        t.string("body[1].shape", "cylinder");
-        t.set("body[1].radius", 0.05);
-        t.set("body[1].width", 0.04);
-        t.begin().unwrap();
-        let height = t.get("height");
-        wheel(&mut t, height, 0);
-        t.0.exit_initialization().unwrap();
+        begin(&mut t);
     }
     let height = t.get("height");
     let (mut seen, mut middle) = (Vec::new(), Vec::new());
@@ -192,13 +197,7 @@ fn members_write_their_grains_and_the_lead_the_list() {
     let folder = Folder::new("frames");
     for size in [1, 3] {
         let grains = team(size, 0, |mut t| {
-            t.string("body[1].shape", "cylinder");
-            t.set("body[1].radius", 0.05);
-            t.set("body[1].width", 0.04);
-            t.begin().unwrap();
-            let height = t.get("height");
-            wheel(&mut t, height, 0);
-            t.0.exit_initialization().unwrap();
+            begin(&mut t);
             t.advance(0, H).unwrap();
             let table = t.0.model().table.clone();
             let vr = |name: &str| table.find(name).unwrap().0;

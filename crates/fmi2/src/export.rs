@@ -3,13 +3,17 @@
 //! Every call checks its pointers, catches panics (a caught panic poisons that instance alone and returns `fmi2Error`),
 //! logs what was refused, and never lets anything unwind into C.
 
+mod pointers;
+
+use pointers::{copy_array, path_of, refuse, slice, slice_mut, text};
+
 use crate::instance::{Instance, LogSink, Refused};
 use crate::panics;
 use crate::types::*;
 use crate::{LogCategory, Model, Pieces};
 use std::any::Any;
 use std::cell::RefCell;
-use std::ffi::{CStr, CString, c_int, c_void};
+use std::ffi::{CString, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -137,57 +141,6 @@ unsafe fn call(c: Fmi2Component, function: &str, f: impl FnOnce(&mut Handle) -> 
             FMI2_ERROR
         }
     }
-}
-
-fn refuse(message: impl Into<String>) -> Refused {
-    Refused { status: FMI2_ERROR, message: message.into(), category: LogCategory::Error }
-}
-
-/// A C array as a slice; null is allowed when empty.
-///
-/// # Safety
-/// `p` is null or points to `n` elements that live as long as the call.
-unsafe fn slice<'a, T>(function: &str, name: &str, p: *const T, n: usize) -> Result<&'a [T], Refused> {
-    match (n, p.is_null()) {
-        (0, _) => Ok(&[]),
-        (_, true) => Err(refuse(format!("{function}: '{name}' is a null pointer for {n} elements"))),
-        // SAFETY: the caller's promise.
-        _ => Ok(unsafe { std::slice::from_raw_parts(p, n) }),
-    }
-}
-
-/// # Safety
-/// As [`slice`], writable, not aliased.
-unsafe fn slice_mut<'a, T>(function: &str, name: &str, p: *mut T, n: usize) -> Result<&'a mut [T], Refused> {
-    match (n, p.is_null()) {
-        (0, _) => Ok(&mut []),
-        (_, true) => Err(refuse(format!("{function}: '{name}' is a null pointer for {n} elements"))),
-        // SAFETY: the caller's promise.
-        _ => Ok(unsafe { std::slice::from_raw_parts_mut(p, n) }),
-    }
-}
-
-/// The prefix of files that a text names; `None` for null.
-///
-/// # Safety
-/// As [`text`].
-unsafe fn prefix_of(function: &str, p: Fmi2String) -> Result<Option<PathBuf>, Refused> {
-    if p.is_null() {
-        return Ok(None);
-    }
-    // SAFETY: the caller's promise.
-    let path = unsafe { text(p) }.map(PathBuf::from).filter(|p| p.is_absolute() && p.file_name().is_some());
-    path.map(Some).ok_or_else(|| refuse(format!("{function}: the prefix is no absolute path of files in UTF-8")))
-}
-
-/// # Safety
-/// `p` is null or a zero-terminated string.
-unsafe fn text<'a>(p: Fmi2String) -> Option<&'a str> {
-    if p.is_null() {
-        return None;
-    }
-    // SAFETY: not null, zero-terminated by the caller's promise.
-    unsafe { CStr::from_ptr(p) }.to_str().ok()
 }
 
 /// The environment's callbacks as a log sink. Messages go through C's variadic format, so `%` is doubled.
@@ -526,21 +479,21 @@ exports! {
     /// `terramech_measure`.
     fn measure("terramech_measure"; h, folder: Fmi2String) {
         // SAFETY: the caller's promise.
-        let folder = unsafe { prefix_of("terramech_measure", folder)? };
+        let folder = unsafe { path_of("terramech_measure", folder)? };
         let folder = folder.ok_or_else(|| refuse("terramech_measure: no folder is given"))?;
         h.instance.measure(&folder)
     }
     /// `terramech_setPieces`.
     fn set_pieces("terramech_setPieces"; h, prefix: Fmi2String) {
         // SAFETY: the caller's promise.
-        let prefix = unsafe { prefix_of("terramech_setPieces", prefix)? };
+        let prefix = unsafe { path_of("terramech_setPieces", prefix)? };
         h.instance.set_pieces(prefix);
         Ok(())
     }
     /// `terramech_writePieces`.
     fn write_pieces("terramech_writePieces"; h, prefix: Fmi2String, position: Vr, n: usize, vr: *const Vr, name: *const Fmi2String) {
         // SAFETY: the caller's promise.
-        let prefix = unsafe { prefix_of("terramech_writePieces", prefix)? };
+        let prefix = unsafe { path_of("terramech_writePieces", prefix)? };
         let prefix = prefix.ok_or_else(|| refuse("terramech_writePieces: no prefix of files is given"))?;
         // SAFETY: as above.
         let (vr, name) = unsafe { (slice("terramech_writePieces", "vr", vr, n)?, slice("terramech_writePieces", "name", name, n)?) };
@@ -613,16 +566,4 @@ exports! {
         }
         Ok(())
     }
-}
-
-fn copy_array<T: Copy>(function: &str, from: &[T], to: &mut [T]) -> Result<(), Refused> {
-    if from.len() != to.len() {
-        return Err(refuse(format!(
-            "{function}: room for {} elements given; the array has {} now",
-            to.len(),
-            from.len()
-        )));
-    }
-    to.copy_from_slice(from);
-    Ok(())
 }

@@ -39,9 +39,6 @@ pub fn study(name: Option<&str>, published: Option<Option<&Path>>) -> Result<()>
     std::fs::create_dir_all(&docs).with_context(|| format!("cannot make {}", docs.display()))?;
     if let Some(folder) = published {
         let name = name.context("--paper: which study? It takes hours")?;
-        if folder.is_none() {
-            pack::pack()?;
-        }
         return paper::paper(name, folder, &docs);
     }
     pack::pack()?;

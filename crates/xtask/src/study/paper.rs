@@ -3,6 +3,7 @@
 //! The run takes hours. It writes a checkpoint every tenth of a simulated second; asked for again it goes on from there, and one that has ended is only looked at.
 
 use super::{out, plots, terramech, write};
+use crate::pack;
 use crate::process::{run, target};
 use anyhow::{Context, Result, bail};
 use std::fmt::Write as _;
@@ -18,22 +19,25 @@ type Rows = Vec<(String, &'static str, String)>;
 /// # Errors
 /// A study that is not a vehicle's, a run that fails, a column that is not there, a file that cannot be written.
 pub(super) fn paper(name: &str, folder: Option<&Path>, docs: &Path) -> Result<()> {
-    if name == "multi-pass" {
-        return passes(folder, docs);
-    }
+    // Before hours of work.
+    let look = match name {
+        "straight-line" => straight_line,
+        "obstacle" => obstacle,
+        "turn" => turn,
+        "multi-pass" => return passes(folder, docs),
+        _ => bail!("study '{name}' has no published size; there are: straight-line, obstacle, turn, multi-pass"),
+    };
     let folder = match folder {
         Some(folder) => folder.to_owned(),
-        None => go_on(name)?,
+        None => {
+            pack::pack()?;
+            go_on(name)?
+        }
     };
     let csv = CsvTable::read(folder.join("results.csv"))?;
     let manifest = Manifest::read(folder.join("manifest.json"))?;
     let seen = Seen { csv: &csv };
-    let rows = match name {
-        "straight-line" => straight_line(&seen)?,
-        "obstacle" => obstacle(&seen)?,
-        "turn" => turn(&seen)?,
-        _ => bail!("study '{name}' has no published size here; there are: straight-line, obstacle, turn, multi-pass"),
-    };
+    let rows = look(&seen)?;
     let ended = match &manifest.state {
         ExitState::Done => "at its stop time".to_owned(),
         ExitState::Stopped { reason } => reason.clone(),
@@ -87,6 +91,9 @@ fn reach(folder: &Path, name: &str, more: &[String]) -> Result<()> {
 /// Three passes of the rig over one bed, each from the bed that the one before left. Means over the last 0.6 s, in which the wheel rolls 1.2 m.
 fn passes(folder: Option<&Path>, docs: &Path) -> Result<()> {
     const STOP: &str = "1.6";
+    if folder.is_none() {
+        pack::pack()?;
+    }
     let place = folder.map_or_else(|| out("paper-multi-pass"), Path::to_owned);
     std::fs::create_dir_all(&place).with_context(|| format!("cannot make {}", place.display()))?;
     let bed = |pass: usize| place.join(format!("{pass}.bed")).display().to_string();
