@@ -106,6 +106,10 @@ pub trait SoilEngine: GrainEngine + Sized {
     fn whole(&mut self) -> Result<Option<DemState>, DemError> {
         Ok(Some(self.state().clone()))
     }
+    /// Which members of its team may meet a body that stays in `zone` (m, along x) for so many inner steps.
+    fn may_meet(&self, _zone: [f64; 2], _steps: u32) -> Vec<bool> {
+        Vec::new()
+    }
     /// What is saved beside the grains.
     fn own(&self) -> Self::Own;
     /// Takes the surfaces of the bodies.
@@ -174,6 +178,10 @@ impl SoilEngine for CpuEngine {
 
     fn whole(&mut self) -> Result<Option<DemState>, DemError> {
         self.gather()
+    }
+
+    fn may_meet(&self, zone: [f64; 2], steps: u32) -> Vec<bool> {
+        Self::may_meet(self, zone, steps)
     }
 
     fn own(&self) {}

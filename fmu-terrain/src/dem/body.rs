@@ -63,6 +63,10 @@ pub trait Shape: Send + Sync {
     }
     /// Adds positions (m) and velocities (m/s) of the points in which it meets an obstacle: the vertices of a mesh, in their order.
     fn surface(&self, _out: &mut Vec<(Vec3, Vec3)>) {}
+    /// Whether grains have come to where only its boxes are known, which must not be.
+    fn is_missed(&self) -> bool {
+        false
+    }
     /// The obstacle, if it is one: moved by what acts on it, not by an owner.
     fn as_free(&mut self) -> Option<&mut super::obstacle::FreeBody> {
         None

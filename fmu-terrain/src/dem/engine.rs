@@ -7,7 +7,7 @@ use super::body::Body;
 use super::contact::Options;
 use super::diagnostics::Touched;
 use super::error::DemError;
-use super::grains::{DemState, Grain, R};
+use super::grains::{DemState, Grain, R, Row, V};
 use super::kernel::Partner;
 use super::law::{Form, LawKind, Tangential};
 use super::limits;
@@ -340,6 +340,11 @@ impl CpuEngine {
         };
         let near = |k: Option<usize>| k.and_then(|k| old.get_mut(k)).map(std::mem::take).unwrap_or_default();
         self.near = origin.into_iter().map(near).collect();
+        // A slab that is kept before one that is listed anew looks at how fast that was in the last step.
+        for (near, slab) in self.near.iter_mut().zip(&self.state.slabs).filter(|(near, _)| near.slack < 0.0) {
+            let speed = |r: &Row| r[V].powi(2) + r[V + 1].powi(2) + r[V + 2].powi(2);
+            near.speed = self.state.rows[slab.grains()].iter().map(speed).fold(0.0, f64::max).sqrt();
+        }
         match &mut self.spread {
             None => Ok(()),
             Some(spread) => spread.balance(&mut self.state, &mut self.near),

@@ -7,6 +7,7 @@ use crate::dem::{Body, BodyTouch, Shape};
 use crate::mesh::{MeshBody, MeshShape, mesh_from_arrays};
 use crate::variables::BodyVars;
 use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
 use terramech_fmi2::variables::StateVars;
 use terramech_fmi2::{UnitError, Values};
 use terramech_mechanics::{RigidState, TriangleMesh};
@@ -178,6 +179,39 @@ pub fn publish(v: &mut Values, vars: &BodyVars, body: &Body, size: f64) {
     *v.reals_mut(vars.contact_force) = force;
     v.put(vars.wrench.force, scale(1.0 / size, body.impulse));
     v.put(vars.wrench.moment, scale(1.0 / size, body.angular_impulse));
+}
+
+/// A body that is beyond the reach of every grain of this member: it is known by the boxes it is in at each inner step of length `step` (s).
+pub fn away(k: usize, step: f64, boxes: Vec<[Vec3; 2]>) -> Body {
+    Body::new(Box::new(Away { step, boxes, now: 0, missed: AtomicBool::new(false) }), FIRST_BODY + k)
+}
+
+struct Away {
+    step: f64,
+    boxes: Vec<[Vec3; 2]>,
+    now: usize,
+    missed: AtomicBool,
+}
+
+impl Shape for Away {
+    fn move_to(&mut self, t: f64) {
+        self.now = (t / self.step).round() as usize;
+    }
+    fn bounds(&self) -> [Vec3; 2] {
+        self.boxes.get(self.now).copied().unwrap_or_else(|| Absent.bounds())
+    }
+    fn touches(&self, centre: Vec3, radius: f64, _: &mut Vec<BodyTouch>) {
+        let [low, high] = self.bounds();
+        if (0..3).all(|c| centre[c] + radius >= low[c] && centre[c] - radius <= high[c]) {
+            self.missed.store(true, Ordering::Relaxed);
+        }
+    }
+    fn centre(&self) -> Vec3 {
+        [0.0; 3]
+    }
+    fn is_missed(&self) -> bool {
+        self.missed.load(Ordering::Relaxed)
+    }
 }
 
 struct Absent;

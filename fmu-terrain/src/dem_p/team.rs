@@ -7,12 +7,16 @@
 use crate::dem::DemError;
 use crate::dem::DemState;
 use crate::dem::spread::{Links, Message};
+use crate::dem::vec3::Vec3;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use terramech_fmi2::{Team, UnitError, Value, state};
+
+/// Values of variables, by value reference.
+pub type Changes = Vec<(u32, Value)>;
 
 /// What the lead asks the others for.
 #[derive(Serialize, Deserialize)]
@@ -43,6 +47,10 @@ pub enum Order {
         values: Vec<(u32, Value)>,
         /// Of which bodies the centre is given.
         centres: Vec<bool>,
+        /// Of each body that is a deforming mesh: the boxes it is in at each inner step, all that a member which it does not reach has to know of it.
+        boxes: Vec<Vec<[Vec3; 2]>>,
+        /// By member: the bodies, as bits, whose meshes it is sent behind this.
+        meshes: Vec<u32>,
     },
     /// To sum energies.
     Heat,
@@ -134,6 +142,25 @@ impl Crew {
         Ok(all)
     }
 
+    /// Sends members the values of meshes, by member.
+    ///
+    /// # Errors
+    /// The team is broken.
+    pub fn send(&self, values: Vec<(usize, Changes)>) -> Result<(), UnitError> {
+        let out: Result<Vec<Message>, UnitError> =
+            values.into_iter().map(|(to, values)| Ok((to, state::to_bytes(&values)?))).collect();
+        self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&out?, &[]).map(drop)
+    }
+
+    /// Takes what the lead sends.
+    ///
+    /// # Errors
+    /// The team is broken.
+    pub fn take(&self) -> Result<Changes, UnitError> {
+        let came = self.team.lock().unwrap_or_else(PoisonError::into_inner).round(&[], &[0])?;
+        state::from_bytes(came.first().map_or(&[], |bytes| bytes))
+    }
+
     /// What the lead asks for next.
     ///
     /// # Errors
@@ -184,8 +211,10 @@ pub struct Lead {
     pub crew: Option<Crew>,
     /// Whether they have their parts.
     pub open: bool,
-    /// Values that they know.
+    /// Values that they all know.
     pub known: BTreeMap<u32, Value>,
+    /// Values of meshes that a member knows.
+    pub meshes: BTreeMap<usize, BTreeMap<u32, Value>>,
     /// The whole state where nothing has stepped since.
     pub whole: Option<DemState>,
 }

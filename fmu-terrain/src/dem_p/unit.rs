@@ -255,7 +255,15 @@ impl<E: SoilEngine> GranularUnit<E> {
 
     /// Brings all bodies to their communication point.
     fn place_bodies(&mut self, v: &mut Values) -> Result<(), UnitError> {
+        self.place_bodies_near(v, |_| true)
+    }
+
+    /// The same; of deforming meshes those that are near.
+    fn place_bodies_near(&mut self, v: &mut Values, near: impl Fn(usize) -> bool) -> Result<(), UnitError> {
         for (k, vars) in self.vars.body.iter().enumerate() {
+            if self.own.slots[k].kind == Kind::Mesh && !near(k) {
+                continue;
+            }
             let slot = &mut self.own.slots[k];
             let set = |v: &mut Values| vars.state.position.iter().any(|&p| v.take_changed(p));
             slot.centre_given |= slot.kind == Kind::Mesh && set(v);
@@ -403,10 +411,7 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
         self.bed(v, host)?;
         if self.lead.members().is_some() {
             self.lead.whole = None;
-            let values = v.changes(self.inputs(), &mut self.lead.known);
-            let centres = self.own.slots.iter().map(|s| s.centre_given).collect();
-            let order = Order::Step { count: count as u32, step: step.size / count, values, centres };
-            self.lead.members().map_or(Ok(()), |crew| crew.ask(&order))?;
+            self.lead_step(v, count as u32, step.size / count)?;
         }
         let Some(engine) = &mut self.engine else { return Ok(()) };
         engine

@@ -17,6 +17,9 @@ use std::ops::Range;
 pub(super) const LOOK: u64 = 16;
 /// A member may have so much more than the mean.
 const MOST: f64 = 1.1;
+/// A cut moves by at most so many slabs at a rebuild, and goes on at the next: who can have nothing to do with a body in a step is known from where the members' grains are when it
+/// begins.
+pub(super) const FARTHEST: usize = 8;
 /// Work of a grain that sleeps, of one that is awake.
 const ASLEEP: f64 = 0.02;
 
@@ -27,6 +30,8 @@ struct Part {
     ids: Vec<u32>,
     force: Vec<Vec3>,
     slabs: Vec<Slab>,
+    /// Greatest speed of a grain of each slab (m/s): by it the slab before knows what may have come near.
+    speeds: Vec<f64>,
 }
 
 /// First slab of each member, one more than there are members: about the same work for each.
@@ -50,7 +55,7 @@ fn shares(work: &[f64], size: usize) -> Vec<usize> {
 impl Spread {
     /// Shares slabs out anew where it pays. `near` is of each slab.
     pub(in crate::dem) fn balance(&mut self, state: &mut DemState, near: &mut Vec<Near>) -> Result<(), DemError> {
-        if self.size == 1 || !state.rebuilds.is_multiple_of(LOOK) {
+        if self.size == 1 || !(state.rebuilds.is_multiple_of(LOOK) || std::mem::take(&mut self.goes_on)) {
             return Ok(());
         }
         let of = |s: &Slab| f64::from(s.last - s.first) * if s.asleep { ASLEEP } else { 1.0 };
@@ -62,7 +67,12 @@ impl Spread {
         }
         let mut first = vec![0];
         all.iter().for_each(|m| first.push(first[first.len() - 1] + m.len()));
-        let then = shares(&all.concat(), self.size);
+        let mut then = shares(&all.concat(), self.size);
+        for (to, from) in then.iter_mut().zip(&first) {
+            let near = (*to).clamp(from.saturating_sub(FARTHEST), from + FARTHEST);
+            self.goes_on |= near != *to;
+            *to = near;
+        }
         if then == first {
             return Ok(());
         }
@@ -87,7 +97,7 @@ impl Spread {
         for other in (0..self.size).filter(|m| *m != me) {
             let goes = common(had(me), gets(other));
             if !goes.is_empty() {
-                let part = take(state, goes.start - first[me]..goes.end - first[me]);
+                let part = take(state, near, goes.start - first[me]..goes.end - first[me]);
                 out.push((other, pack(&part)?));
             }
             if !common(had(other), gets(me)).is_empty() {
@@ -97,7 +107,7 @@ impl Spread {
         let came = self.links().round(out, &from)?;
         let stays = common(had(me), gets(me));
         let local = if stays.is_empty() { 0..0 } else { stays.start - first[me]..stays.end - first[me] };
-        let mine = take(state, local.clone());
+        let mine = take(state, near, local.clone());
         let mut parts = vec![(me, mine)];
         for (m, bytes) in from.into_iter().zip(came) {
             parts.push((m, unpack(&bytes)?));
@@ -110,12 +120,12 @@ impl Spread {
             state.rows.extend(part.rows);
             state.ids.extend(part.ids);
             state.force.extend(part.force);
-            for (k, mut slab) in part.slabs.into_iter().enumerate() {
+            for (k, (mut slab, speed)) in part.slabs.into_iter().zip(part.speeds).enumerate() {
                 let to = slab.first + base;
                 shift(&mut slab, to);
                 state.slabs.push(slab);
                 let known = (m == me).then(|| old.get_mut(local.start + k)).flatten();
-                near.push(known.map(std::mem::take).unwrap_or_default());
+                near.push(known.map(std::mem::take).unwrap_or_else(|| Near { speed, ..Near::default() }));
             }
         }
         Ok(())
@@ -138,7 +148,8 @@ impl Spread {
 }
 
 /// A copy of some slabs and their grains.
-fn take(state: &DemState, slabs: Range<usize>) -> Part {
+fn take(state: &DemState, near: &[Near], slabs: Range<usize>) -> Part {
+    let speeds = slabs.clone().map(|k| near.get(k).map_or(0.0, |n| n.speed)).collect();
     let slabs = &state.slabs[slabs];
     let (from, to) = match (slabs.first(), slabs.last()) {
         (Some(first), Some(last)) => (first.first as usize, last.last as usize),
@@ -150,7 +161,13 @@ fn take(state: &DemState, slabs: Range<usize>) -> Part {
         shift(s, to);
     }
     let [rows, ids, force] = [from..to, from..to, from..to];
-    Part { rows: state.rows[rows].to_vec(), ids: state.ids[ids].to_vec(), force: state.force[force].to_vec(), slabs }
+    Part {
+        rows: state.rows[rows].to_vec(),
+        ids: state.ids[ids].to_vec(),
+        force: state.force[force].to_vec(),
+        slabs,
+        speeds,
+    }
 }
 
 #[cfg(test)]

@@ -473,14 +473,14 @@ impl Across<'_> {
         spread: &Spread,
     ) -> Result<(), DemError> {
         let me = spread.index;
-        // Behind my last grain of the block are ghosts, or grains of mine that the block does not change: nothing looks at those.
-        let ends = block.end == state.rows.len();
-        let ghosts: (&[Row], &[u32]) = if ends { (&spread.ghosts, &spread.ghost_ids) } else { (&[], &[]) };
+        // Behind my last grain of the block are ghosts, where it goes on with another member. Ghosts behind the block's end are none of its cells: what is kept there looks at them,
+        // and nothing that is listed.
+        let goes_on = range.end < pieces.len();
+        let ghosts: (&[Row], &[u32]) = if goes_on { (&spread.ghosts, &spread.ghost_ids) } else { (&[], &[]) };
         let rows = [&state.rows[block.clone()], ghosts.0].concat();
-        let ids = [&state.ids[block.clone()], ghosts.1].concat();
+        let ids = [&state.ids[block], ghosts.1].concat();
         let (grid, team) = (&state.grid, self.making.team);
-        let within = rows.iter().map(|r| self.layer(grid, r) + 1).max().unwrap_or(0).max(self.block.layers.end);
-        let sorted = sort_rows(grid, (&rows, &ids), 0..rows.len(), self.block.layers.start..within, team);
+        let sorted = sort_rows(grid, (&rows, &ids), 0..rows.len(), self.block.layers.clone(), team);
         let Making { skin, walls, rolling, .. } = *self.making;
         let search = Search { rows: &rows, count: rows.len(), grid, sorted: &sorted, skin, walls, rolling, old: &[] };
         let listed: Vec<usize> = range.clone().filter(|&n| is_listed(pieces, n)).collect();
@@ -517,12 +517,14 @@ impl Spread {
             .slabs
             .iter()
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], s| [low.min(s.extent[0]), high.max(s.extent[1])]);
-        let all: Vec<(u32, u32, [f64; 2])> = self.share(&(state.slabs.len() as u32, halo, reach))?;
+        let thickest = state.slabs.iter().map(|s| s.extent[1] - s.extent[0]).fold(0.0, f64::max);
+        let all: Vec<(u32, u32, [f64; 2], f64)> = self.share(&(state.slabs.len() as u32, halo, reach, thickest))?;
         let me = self.index;
         self.before = (0..me).rev().find(|&m| all[m].0 > 0).filter(|_| all[me].0 > 0);
         self.behind = (me + 1..all.len()).find(|&m| all[m].0 > 0).filter(|_| all[me].0 > 0);
         self.front = self.before.map_or(0, |m| all[m].1 as usize);
         self.reach = all.iter().map(|m| m.2).collect();
+        self.thickest = all.iter().map(|m| m.3).fold(0.0, f64::max);
         if self.behind.is_none() {
             self.ghosts.clear();
             self.ghost_ids.clear();

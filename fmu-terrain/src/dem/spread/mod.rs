@@ -96,6 +96,10 @@ pub struct Spread {
     behind: Option<usize>,
     /// From where to where along x the grains of each member reach until the next rebuild (m).
     reach: Vec<[f64; 2]>,
+    /// Whether cuts have not come to where they shall be.
+    goes_on: bool,
+    /// Thickness of the thickest slab (m).
+    thickest: f64,
     /// How many of the first grains the member before looks at.
     front: usize,
     /// Copies of the grains that the last slab looks at behind the cut, and their numbers.
@@ -118,6 +122,8 @@ impl Spread {
             before: None,
             behind: None,
             reach: Vec::new(),
+            goes_on: false,
+            thickest: 0.0,
             front: 0,
             ghosts: Vec::new(),
             ghost_ids: Vec::new(),
@@ -130,6 +136,16 @@ impl Spread {
     /// Whether this is the member that sums and tells.
     pub fn is_lead(&self) -> bool {
         self.index == 0
+    }
+
+    /// Which members may meet a body that stays in `zone` (m, along x) for `steps` inner steps, whatever lists and cuts do meanwhile.
+    pub(super) fn may_meet(&self, zone: [f64; 2], steps: u32) -> Vec<bool> {
+        // Cuts may move at every step; and grains lie at most a few slabs from where they were listed.
+        let margin = (f64::from(steps) * balance::FARTHEST as f64 + 4.0) * self.thickest;
+        // Who has no grains may be given some.
+        let near =
+            |reach: &[f64; 2]| reach[0] > reach[1] || zone[0] - margin <= reach[1] && zone[1] + margin >= reach[0];
+        if self.reach.len() == self.size { self.reach.iter().map(near).collect() } else { vec![true; self.size] }
     }
 
     /// The team.

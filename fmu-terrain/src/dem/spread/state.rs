@@ -90,6 +90,11 @@ impl CpuEngine {
         Ok(engine)
     }
 
+    /// Which members of its team may meet a body that stays in `zone` (m, along x) for so many inner steps; none without a team.
+    pub fn may_meet(&self, zone: [f64; 2], steps: u32) -> Vec<bool> {
+        self.spread.as_ref().map_or(Vec::new(), |spread| spread.may_meet(zone, steps))
+    }
+
     /// The whole state, on the lead; on the others none. All members call it.
     ///
     /// # Errors

@@ -1,22 +1,31 @@
 //! The unit as a member of a team: what the lead asks for, and what the others do for it.
 
 use super::{GranularUnit, on_slope};
-use crate::config::Terrain;
+use crate::config::{BODIES, Terrain};
 use crate::dem::Body;
+use crate::dem_p::bodies::{self, Kind};
 use crate::dem_p::pieces::{self, Piece};
-use crate::dem_p::team::{Crew, Order};
+use crate::dem_p::team::{Changes, Crew, Order};
 use crate::error::unit_error;
 use crate::soil_engine::SoilEngine;
+use crate::variables::BodyVars;
 use std::path::Path;
 use terramech_fmi2::{Pieces, Team, Unit, UnitError, Values, Var, specification};
 
+/// The arrays of a mesh.
+fn mesh_of(body: &BodyVars) -> [u32; 3] {
+    [body.position.vr(), body.velocity.vr(), body.triangle.vr()]
+}
+
 impl<E: SoilEngine> GranularUnit<E> {
-    /// What the other members know of this one's inputs: its bodies, the slope, threads of their own.
+    /// What all members know of this one's inputs: its bodies, the slope, threads of their own. Meshes that come anew at every step go to those who may meet them.
     pub(super) fn inputs(&self) -> Vec<u32> {
         let mut all = vec![self.vars.slope.vr()];
-        for body in &self.vars.body {
-            all.push(body.shape.vr());
-            all.extend([body.position.vr(), body.velocity.vr(), body.triangle.vr(), body.radius.vr(), body.width.vr()]);
+        for (body, slot) in self.vars.body.iter().zip(&self.own.slots) {
+            all.extend([body.shape.vr(), body.radius.vr(), body.width.vr()]);
+            if slot.kind != Kind::Mesh {
+                all.extend(mesh_of(body));
+            }
             let s = &body.state;
             all.extend(
                 s.position.iter().chain(&s.orientation).chain(&s.velocity).chain(&s.angular_velocity).map(|x| x.vr()),
@@ -32,6 +41,7 @@ impl<E: SoilEngine> GranularUnit<E> {
         let unit = restored.map_or_else(|| self.save(), |bytes| Ok(bytes.to_vec()))?;
         let pieces = self.pieces.clone().filter(|_| restored.is_some());
         self.lead.known.clear();
+        self.lead.meshes.clear();
         let values = v.changes(self.inputs(), &mut self.lead.known);
         crew.ask(&Order::Open { unit, values, pieces })?;
         crew.answers::<()>()?;
@@ -39,6 +49,39 @@ impl<E: SoilEngine> GranularUnit<E> {
         self.take_part(v, &crew)?;
         self.lead.open = true;
         Ok(())
+    }
+
+    /// The lead has the members step: `count` inner steps of length `step` (s).
+    pub(super) fn lead_step(&mut self, v: &Values, count: u32, step: f64) -> Result<(), UnitError> {
+        let (Some(crew), Some(engine)) = (self.lead.members().cloned(), &self.engine) else { return Ok(()) };
+        let values = v.changes(self.inputs(), &mut self.lead.known);
+        let centres = self.own.slots.iter().map(|s| s.centre_given).collect();
+        let mut boxes = vec![Vec::new(); BODIES];
+        let mut meshes = vec![0_u32; Team::size(&crew)];
+        for (k, body) in self.bodies.iter_mut().enumerate().take(BODIES) {
+            if self.own.slots[k].kind != Kind::Mesh || body.shape.vertices() == 0 {
+                continue;
+            }
+            let mut zone = [f64::INFINITY, f64::NEG_INFINITY];
+            for i in 0..count {
+                // As the engine does it: the boxes decide about sleep.
+                body.shape.move_to(f64::from(i) * step);
+                let [low, high] = body.shape.bounds();
+                zone = [zone[0].min(low[0]), zone[1].max(high[0])];
+                boxes[k].push([low, high]);
+            }
+            for (mask, _) in meshes.iter_mut().zip(engine.may_meet(zone, count)).skip(1).filter(|(_, meets)| *meets) {
+                *mask |= 1 << k;
+            }
+        }
+        let out = meshes.iter().enumerate().filter(|(_, mask)| **mask != 0).map(|(member, mask)| {
+            let bodies = self.vars.body.iter().enumerate().filter(|(k, _)| mask & 1 << k != 0);
+            let of = bodies.flat_map(|(_, vars)| mesh_of(vars));
+            (member, v.changes(of, self.lead.meshes.entry(member).or_default()))
+        });
+        let out: Vec<(usize, Changes)> = out.collect();
+        crew.ask(&Order::Step { count, step, values, centres, boxes, meshes })?;
+        crew.send(out)
     }
 
     /// Takes this member's part of the bed that all have whole.
@@ -93,9 +136,20 @@ impl<E: SoilEngine> GranularUnit<E> {
                 restored?;
             }
             Order::Part => self.take_part(v, crew)?,
-            Order::Step { count, step, values, centres } => {
+            Order::Step { count, step, values, centres, boxes, meshes } => {
                 v.take_changes(values);
-                self.place_bodies(v)?;
+                let mask = meshes.get(Team::index(crew)).copied().unwrap_or(0);
+                if mask != 0 {
+                    v.take_changes(crew.take()?);
+                }
+                self.place_bodies_near(v, |k| mask & 1 << k != 0)?;
+                for (k, boxes) in boxes.into_iter().enumerate() {
+                    if self.own.slots[k].kind == Kind::Mesh && mask & 1 << k == 0 {
+                        self.bodies[k] = bodies::away(k, step, boxes);
+                        // A mesh that comes back is made anew.
+                        self.triangles[k].clear();
+                    }
+                }
                 for (slot, given) in self.own.slots.iter_mut().zip(centres) {
                     slot.centre_given = given;
                 }
@@ -107,6 +161,12 @@ impl<E: SoilEngine> GranularUnit<E> {
                     .change_step(step)
                     .and_then(|()| engine.advance(count, &mut self.bodies))
                     .map_err(|e| unit_error(e, true))?;
+                if let Some(k) = self.bodies.iter().position(|b| b.shape.is_missed()) {
+                    let (k, member) = (k + 1, Team::index(crew));
+                    return Err(UnitError::numerical(format!(
+                        "grains of member {member} have come to body[{k}] within a step in which they were too far from it to be sent its mesh"
+                    )));
+                }
             }
             Order::Heat => {
                 self.engine.as_ref().map(|e| e.heat(&self.bodies));
