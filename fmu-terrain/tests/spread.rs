@@ -135,6 +135,27 @@ fn grains_that_were_just_placed_fall_as_they_do_alone() {
 }
 
 #[test]
+fn kinds_of_grains_that_lie_apart_meet_as_they_do_alone() {
+    let hard = Material { friction: 0.9, restitution: 0.1, ..Material::default() };
+    let setup = || Setup { materials: vec![Material::default(), hard], ..setup(false) };
+    let mut grains: Vec<Grain> = sample(&grains()).unwrap();
+    for g in &mut grains {
+        g.material = usize::from(g.position[0] > 0.0);
+    }
+    let mut alone = CpuEngine::new(setup(), &grains, 2).unwrap();
+    alone.advance(2000, &mut []).unwrap();
+    // Of two members each has its own kind, and both meet at the cut.
+    for size in [2, 3] {
+        let told = on_members(size, |links| {
+            let mut engine = CpuEngine::spread(setup(), &DemState::of(&grains, 5), links, 1).unwrap();
+            engine.advance(2000, &mut []).unwrap();
+            engine.gather().unwrap().map(|s| s.hash())
+        });
+        assert_eq!(told[0], Some(alone.state().hash()), "{size}");
+    }
+}
+
+#[test]
 fn a_failure_of_one_member_is_told_to_all() {
     let mut grains: Vec<Grain> = sample(&grains()).unwrap();
     // Far up, and fast enough to go through the floor in a step or two.

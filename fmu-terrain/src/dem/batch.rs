@@ -25,17 +25,15 @@ pub struct BatchKernel {
 }
 
 impl BatchKernel {
-    /// The kernel for a setup, if there is one.
-    pub fn of(setup: &Setup, pairs: &PairTable, rows: &[Row], isa: Isa) -> Option<Self> {
+    /// The kernel for a setup, if there is one; `only` as [`only_material`] tells it of the whole bed.
+    pub fn of(setup: &Setup, pairs: &PairTable, only: Option<usize>, isa: Isa) -> Option<Self> {
         let covered = setup.law == LawKind::HertzMindlin
             && setup.form == Form::Properties
             && setup.tangential == Tangential::History;
-        let first = rows.first().map_or(0.0, |r| r[MATERIAL]);
         let precision = setup.precision;
         covered.then(|| {
             // Grains of one kind, whatever walls and bodies are made of: no pair needs to look up what it is.
-            if rows.iter().all(|r| r[MATERIAL] == first) {
-                let k = first as usize;
+            if let Some(k) = only {
                 Self { isa, precision, pairs: vec![pair_terms(pairs.get(k, k))], materials: 1 }
             } else {
                 Self {
@@ -70,6 +68,12 @@ impl BatchKernel {
         }
         hertz_mindlin(self.isa, self.precision, &terms, &near.active, rows, &mut memories, &mut scratch.force);
     }
+}
+
+/// The material of all grains, if it is one.
+pub(super) fn only_material(rows: &[Row]) -> Option<usize> {
+    let first = rows.first()?[MATERIAL];
+    rows.iter().all(|r| r[MATERIAL] == first).then_some(first as usize)
 }
 
 fn pair_terms(p: &Pair) -> PairTerms {

@@ -2,7 +2,7 @@
 //!
 //! `step.rs` says how a step goes, [`super::slab`] why no thread count changes a bit.
 
-use super::batch::BatchKernel;
+use super::batch::{BatchKernel, only_material};
 use super::body::Body;
 use super::contact::Options;
 use super::diagnostics::Touched;
@@ -141,6 +141,7 @@ pub struct CpuEngine {
     pub(super) rolling: bool,
     isa: Isa,
     pub(super) batch: Option<BatchKernel>,
+    whole: Whole,
     pub(super) state: DemState,
     /// Of each region of a step.
     pub(super) scratch: Vec<Scratch>,
@@ -165,13 +166,31 @@ const MARGIN: f64 = 0.25;
 /// hold. Those in between would soon ask for a rebuild of their own.
 pub(super) const KEEP: f64 = 0.25;
 
-/// The skin (m). The mean radius is summed in integers: the same bits in whatever order the grains lie, since an engine
-/// that goes on from a saved state finds them in another one than the engine that made them.
-fn skin(setup: &Setup, state: &DemState) -> f64 {
-    const ONE: f64 = (1_u64 << 32) as f64;
-    let largest = state.rows.iter().fold(f64::MIN_POSITIVE, |m, r| m.max(r[R]));
-    let sum: u64 = state.rows.iter().map(|r| (r[R] / largest * ONE) as u64).sum();
-    setup.skin * largest * (sum as f64 / ONE / state.rows.len().max(1) as f64)
+/// What is to be known of all grains, those of other members included.
+#[derive(Clone, Copy, Debug)]
+struct Whole {
+    /// Greatest radius (m).
+    largest: f64,
+    /// Mean radius over that.
+    mean: f64,
+    /// Their material, if it is one.
+    only: Option<usize>,
+}
+
+impl Whole {
+    /// The mean radius is summed in integers: the same bits in whatever order the grains lie, since an engine that goes on from a saved state finds them in another one than the engine
+    /// that made them.
+    fn of(rows: &[Row]) -> Self {
+        const ONE: f64 = (1_u64 << 32) as f64;
+        let largest = rows.iter().fold(f64::MIN_POSITIVE, |m, r| m.max(r[R]));
+        let sum: u64 = rows.iter().map(|r| (r[R] / largest * ONE) as u64).sum();
+        Self { largest, mean: sum as f64 / ONE / rows.len().max(1) as f64, only: only_material(rows) }
+    }
+
+    /// The skin (m).
+    fn skin(&self, setup: &Setup) -> f64 {
+        setup.skin * self.largest * self.mean
+    }
 }
 
 impl CpuEngine {
@@ -207,16 +226,18 @@ impl CpuEngine {
             let given = std::env::var(ISA_VARIABLE).unwrap_or_default();
             DemError::parameter(ISA_VARIABLE, given, why)
         })?;
-        let batch = BatchKernel::of(&setup, &pairs, &state.rows, isa);
+        let whole = Whole::of(&state.rows);
+        let batch = BatchKernel::of(&setup, &pairs, whole.only, isa);
         prefer_large_pages(&state.rows);
         let team = Arc::new(Team::new(threads)?);
-        let skin = skin(&setup, &state);
+        let skin = whole.skin(&setup);
         let walls = walls(&setup.walls, state.moved());
         Ok(Self {
             pairs,
             rolling,
             isa,
             batch,
+            whole,
             setup,
             state,
             scratch: Vec::new(),
@@ -228,9 +249,13 @@ impl CpuEngine {
         })
     }
 
-    /// The skin of a bed in this state (m).
-    pub(super) fn skin_of(setup: &Setup, state: &DemState) -> f64 {
-        skin(setup, state)
+    /// Goes by the whole bed in this state, of which the engine has a part.
+    pub(super) fn know_whole(&mut self, whole: &DemState) {
+        self.whole = Whole::of(&whole.rows);
+        self.skin = self.whole.skin(&self.setup);
+        if self.batch.is_some() {
+            self.batch = BatchKernel::of(&self.setup, &self.pairs, self.whole.only, self.isa);
+        }
     }
 
     /// Does something in the threads of this engine.
@@ -253,7 +278,7 @@ impl CpuEngine {
             return Err(DemError::parameter("instruction path", isa.name(), format!("{} here", Isa::widest())));
         }
         self.isa = isa;
-        self.batch = BatchKernel::of(&self.setup, &self.pairs, &self.state.rows, isa);
+        self.batch = BatchKernel::of(&self.setup, &self.pairs, self.whole.only, isa);
         Ok(())
     }
 
@@ -294,9 +319,9 @@ impl CpuEngine {
         }
         self.setup = setup;
         self.walls = walls(&self.setup.walls, self.state.moved());
-        self.skin = skin(&self.setup, &self.state);
+        self.skin = self.whole.skin(&self.setup);
         if self.batch.is_some() {
-            self.batch = BatchKernel::of(&self.setup, &self.pairs, &self.state.rows, self.isa);
+            self.batch = BatchKernel::of(&self.setup, &self.pairs, self.whole.only, self.isa);
         }
         Ok(())
     }
@@ -393,8 +418,10 @@ impl GrainEngine for CpuEngine {
 
     fn restore(&mut self, state: DemState) {
         self.near.clear();
-        self.skin = skin(&self.setup, &state);
         self.walls = walls(&self.setup.walls, state.moved());
+        if self.spread.is_none() {
+            self.know_whole(&state);
+        }
         self.state = state;
     }
 

@@ -74,11 +74,10 @@ impl CpuEngine {
             return Err(DemError::parameter("team", links.size(), format!("one member for {what}")));
         }
         let mut spread = Spread::new(links);
-        let skin = Self::skin_of(&setup, state);
         let fresh = state.slabs.is_empty();
         let part = state.part(&mut spread);
         let mut engine = Self::with_state(setup, part, threads)?;
-        engine.skin = skin;
+        engine.know_whole(state);
         let state = &engine.state;
         if !fresh {
             spread.find_neighbours(state)?;
