@@ -259,8 +259,8 @@ fn a_mesh_goes_to_those_members_alone_that_may_meet_it() {
         let whole = 258 * 6 * 8 * if saved.is_some() { 300 } else { 600 };
         let bytes = counts[1..].iter().map(|c| c[1].load(Ordering::Relaxed)).collect::<Vec<_>>();
         println!("bytes from the lead: {bytes:?}; all meshes: {whole}");
-        // Of two members both have soil that is awake.
-        assert!(size == 2 || bytes[size - 2] < whole / 2, "{bytes:?}");
+        // Of few members all may have soil that is awake.
+        assert!(size < 5 || bytes[size - 2] < whole / 10, "{bytes:?}");
     }
 }
 

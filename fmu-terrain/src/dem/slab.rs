@@ -7,6 +7,7 @@
 //! sums are the same for any number of threads. How many slabs there are follows from the grains alone.
 
 use super::contact::{Roll, Slip};
+use super::grains::Row;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use terramech_simd::Force;
@@ -171,6 +172,8 @@ pub struct Scratch {
     pub body_loads: Vec<super::body::BodyLoad>,
     /// Body pairs of the slab at hand.
     pub body_pairs: Vec<BodyPair>,
+    /// Grains of the last slab and copies of those that it looks at behind the end of the rows.
+    pub joined: Vec<Row>,
     /// Some grain has moved so far that lists must be rebuilt.
     pub moved: bool,
 }
@@ -184,6 +187,7 @@ impl Scratch {
             + bytes(&self.wall_force)
             + bytes(&self.body_loads)
             + bytes(&self.body_pairs)
+            + bytes(&self.joined)
     }
 }
 

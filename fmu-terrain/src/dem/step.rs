@@ -16,6 +16,7 @@ use super::period;
 use super::slab::{Near, Scratch, Slab};
 use super::sleep;
 use super::vec3::{Vec3, add, norm};
+use std::time::Instant;
 use terramech_simd::{Cut, Force, Isa, Motion, Moved, Region, advance, regions};
 
 /// Regions for each thread: so that one with a wheel in it does not keep the others waiting.
@@ -53,7 +54,11 @@ impl CpuEngine {
         self.approach(h);
         let motion = Motion { h, gravity: self.setup.gravity, reach: 0.5 * self.skin };
         let way = Way { motion, isa: self.isa(), keep: last };
+        let begun = Instant::now();
         let swept = self.inside(|e| e.sweep(bodies, way));
+        if let Some(spread) = &mut self.spread {
+            spread.took(begun.elapsed().as_secs_f64());
+        }
         self.push(&swept)?;
         self.inside(|e| e.finish(&swept, way));
         let touched = self.touched(last, bodies)?;
@@ -122,11 +127,11 @@ impl CpuEngine {
             .iter()
             .map(|s| Cut { first: s.first as usize, last: s.last as usize, halo: (s.halo as usize).min(count) })
             .collect();
-        let images = match (setup.period, state.slabs.last(), &self.spread) {
-            (Some(length), Some(last), _) => period::images(&state.rows, last.halo - count as u32, length),
-            (_, _, Some(spread)) => spread.ghosts.clone(),
+        let images = match (setup.period, state.slabs.last()) {
+            (Some(length), Some(last)) => period::images(&state.rows, last.halo - count as u32, length),
             _ => Vec::new(),
         };
+        let behind = self.spread.as_ref().map_or(&images[..], |s| &s.ghosts);
         let work = work(&state.slabs, self.spread.as_ref().is_none_or(|s| s.asleep));
         if work.is_empty() {
             self.scratch.clear();
@@ -148,10 +153,12 @@ impl CpuEngine {
         }
         dispatch_law!(setup.law, setup.form, law => team.each(tasks, |task| {
             task.run(&cuts, &work, way, |rows, slab, near, scratch| {
-                let whole;
+                let mut joined = std::mem::take(&mut scratch.joined);
                 let rows = if slab.halo as usize > count {
-                    whole = [rows, &images[..]].concat();
-                    &whole[..]
+                    joined.clear();
+                    joined.extend_from_slice(rows);
+                    joined.extend_from_slice(behind);
+                    &joined[..]
                 } else {
                     rows
                 };
@@ -160,6 +167,7 @@ impl CpuEngine {
                 } else {
                     contacts::<_, false>(law, &world, rows, slab, near, scratch, &mut ());
                 }
+                scratch.joined = joined;
             });
         }));
         Swept { cuts, starts, work }

@@ -1,8 +1,8 @@
 //! Cuts move to where the work is.
 //!
-//! Every few rebuilds members compare what they have to do: grains that are awake, and a little for those that sleep. Where one has more than a tenth above the mean, slabs are shared
-//! out anew, and those that change hands go with their grains and lists as they are. Nothing is listed or sorted anew, so that it changes no bit: cuts may even follow from what a run
-//! has measured.
+//! Every few rebuilds members compare what they have to do: grains that are awake, and a little for those that sleep, by the time that a member's sweeps have taken lately (a wheel, a processor
+//! that is slower). Where one has more than some percent above the mean, slabs are shared out anew, and those that change hands go with their grains and lists as they are. Nothing is listed or
+//! sorted anew, so that it changes no bit wherever cuts come to lie: they may follow from what a run has measured.
 
 use super::making::shift;
 use super::{Message, Spread, pack, unpack};
@@ -15,8 +15,12 @@ use std::ops::Range;
 
 /// Rebuilds between two looks.
 pub(super) const LOOK: u64 = 16;
-/// A member may have so much more than the mean.
-const MOST: f64 = 1.1;
+/// A member may have so much more than the mean: about what one slab of thirty is.
+const MOST: f64 = 1.04;
+/// By so much the time of a grain may differ from the mean, whatever was measured.
+const UNEVEN: f64 = 1.25;
+/// Sweeps that their mean time is taken over.
+const LATELY: f64 = 64.0;
 /// A cut moves by at most so many slabs at a rebuild, and goes on at the next: who can have nothing to do with a body in a step is known from where the members' grains are when it
 /// begins.
 pub(super) const FARTHEST: usize = 8;
@@ -52,14 +56,35 @@ fn shares(work: &[f64], size: usize) -> Vec<usize> {
     first
 }
 
+/// Makes the grains of each member's slabs the time they take, in units of the mean time of a grain.
+fn weigh(work: &mut [Vec<f64>], took: &[f64]) {
+    let sums = work.iter().map(|m| m.iter().sum::<f64>());
+    let each: Vec<f64> = sums.zip(took).map(|(sum, took)| took / sum).collect();
+    let known = |e: &&f64| e.is_finite() && **e > 0.0;
+    let mean = each.iter().filter(known).sum::<f64>() / each.iter().filter(known).count() as f64;
+    for (slabs, each) in work.iter_mut().zip(&each).filter(|(_, e)| known(e)) {
+        let weight = (each / mean).clamp(1.0 / UNEVEN, UNEVEN);
+        slabs.iter_mut().for_each(|w| *w *= weight);
+    }
+}
+
 impl Spread {
+    /// A sweep took so long (s). One that something else on the machine has held up counts no more than half as much again as the others.
+    pub(in crate::dem) fn took(&mut self, time: f64) {
+        let time = if self.took == 0.0 { time } else { time.min(1.5 * self.took) };
+        let part = if self.took == 0.0 { 1.0 } else { 1.0 / LATELY };
+        self.took += part * (time - self.took);
+    }
+
     /// Shares slabs out anew where it pays. `near` is of each slab.
     pub(in crate::dem) fn balance(&mut self, state: &mut DemState, near: &mut Vec<Near>) -> Result<(), DemError> {
         if self.size == 1 || !(state.rebuilds.is_multiple_of(LOOK) || std::mem::take(&mut self.goes_on)) {
             return Ok(());
         }
         let of = |s: &Slab| f64::from(s.last - s.first) * if s.asleep { ASLEEP } else { 1.0 };
-        let all: Vec<Vec<f64>> = self.share(&state.slabs.iter().map(of).collect::<Vec<f64>>())?;
+        let mine: Vec<f64> = state.slabs.iter().map(of).collect();
+        let (mut all, took): (Vec<Vec<f64>>, Vec<f64>) = self.share(&(mine, self.took))?.into_iter().unzip();
+        weigh(&mut all, &took);
         let sums: Vec<f64> = all.iter().map(|m| m.iter().sum()).collect();
         let most = sums.iter().fold(0.0_f64, |m, s| m.max(*s));
         if most <= MOST * sums.iter().sum::<f64>() / self.size as f64 {
@@ -173,6 +198,30 @@ fn take(state: &DemState, near: &[Near], slabs: Range<usize>) -> Part {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn work_is_weighed_by_what_it_took() {
+        let weighed = |took: [f64; 3]| {
+            let mut work = vec![vec![2.0, 2.0], vec![4.0], vec![]];
+            weigh(&mut work, &took);
+            work
+        };
+        assert_eq!(weighed([1.1, 0.9, 0.0]), [vec![2.2, 2.2], vec![3.6], vec![]]);
+        // However different, no more than by a quarter; who has measured nothing counts as the mean.
+        assert_eq!(weighed([9.0, 1.0, 1.0]), [vec![2.5, 2.5], vec![3.2], vec![]]);
+        assert_eq!(weighed([0.0, 1.0, 0.0]), [vec![2.0, 2.0], vec![4.0], vec![]]);
+        assert_eq!(weighed([0.0; 3]), [vec![2.0, 2.0], vec![4.0], vec![]]);
+    }
+
+    #[test]
+    fn a_sweep_that_was_held_up_counts_little() {
+        let mut spread = Spread::new(super::super::team_of_threads(1).remove(0));
+        (0..100).for_each(|_| spread.took(1.0));
+        spread.took(1000.0);
+        assert!((1.0..1.01).contains(&spread.took), "{}", spread.took);
+        (0..1000).for_each(|_| spread.took(2.0));
+        assert!((spread.took - 2.0).abs() < 1e-3);
+    }
 
     #[test]
     fn shares_hold_about_the_same_work() {

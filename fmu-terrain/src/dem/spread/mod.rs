@@ -98,6 +98,8 @@ pub struct Spread {
     reach: Vec<[f64; 2]>,
     /// Whether cuts have not come to where they shall be.
     goes_on: bool,
+    /// Wall time of a sweep, about, lately (s).
+    took: f64,
     /// Thickness of the thickest slab (m).
     thickest: f64,
     /// How many of the first grains the member before looks at.
@@ -123,6 +125,7 @@ impl Spread {
             behind: None,
             reach: Vec::new(),
             goes_on: false,
+            took: 0.0,
             thickest: 0.0,
             front: 0,
             ghosts: Vec::new(),
