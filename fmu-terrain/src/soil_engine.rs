@@ -110,6 +110,13 @@ pub trait SoilEngine: GrainEngine + Sized {
     fn may_meet(&self, _zone: [f64; 2], _steps: u32) -> Vec<bool> {
         Vec::new()
     }
+    /// All members of its team, or the first of their errors: what one of them alone has found wrong in a step.
+    ///
+    /// # Errors
+    /// That of any member.
+    fn agree(&mut self, mine: Result<(), DemError>) -> Result<(), DemError> {
+        mine
+    }
     /// What is saved beside the grains.
     fn own(&self) -> Self::Own;
     /// Takes the surfaces of the bodies.
@@ -182,6 +189,10 @@ impl SoilEngine for CpuEngine {
 
     fn may_meet(&self, zone: [f64; 2], steps: u32) -> Vec<bool> {
         Self::may_meet(self, zone, steps)
+    }
+
+    fn agree(&mut self, mine: Result<(), DemError>) -> Result<(), DemError> {
+        Self::agree(self, mine)
     }
 
     fn own(&self) {}

@@ -169,6 +169,19 @@ fn a_failure_of_one_member_is_told_to_all() {
 }
 
 #[test]
+fn what_one_member_has_found_wrong_all_are_told() {
+    let bed: Vec<Grain> = sample(&grains()).unwrap();
+    let told = on_members(3, |links| {
+        let me = links.index();
+        let mut engine = CpuEngine::spread(setup(false), &DemState::of(&bed, 5), links, 1).unwrap();
+        engine.agree(Ok(())).unwrap();
+        let wrong = if me == 1 { Err(DemError::Elsewhere("its mesh is missing".into())) } else { Ok(()) };
+        engine.agree(wrong).unwrap_err().to_string()
+    });
+    assert!(told.iter().all(|t| t == "its mesh is missing"), "{told:?}");
+}
+
+#[test]
 fn a_box_that_follows_is_not_spread() {
     let setup = Setup { follow: Some(0.5), ..setup(false) };
     let told = on_members(2, |links| CpuEngine::spread(setup.clone(), &DemState::of(&[], 5), links, 1).err());

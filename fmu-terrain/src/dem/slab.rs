@@ -157,7 +157,7 @@ impl Default for Near {
     }
 }
 
-/// Scratch memory of a region of slabs: nothing here outlives a step.
+/// Scratch memory of a region of slabs: no value here outlives a step.
 #[derive(Default)]
 pub struct Scratch {
     /// Force and moment on the grains of the slab at hand and its halo.

@@ -268,3 +268,25 @@ impl Shape for Centred {
         (self.given, self.now) = (Some((at, velocity)), at);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_comes_into_the_box_of_a_body_that_is_away_is_missed() {
+        let boxes = vec![[[0.0; 3], [1.0; 3]], [[2.0; 3], [3.0; 3]]];
+        let mut body = away(0, 0.1, boxes);
+        let mut touches = Vec::new();
+        body.shape.move_to(0.1);
+        assert_eq!(body.shape.bounds(), [[2.0; 3], [3.0; 3]]);
+        body.shape.touches([0.5; 3], 0.1, &mut touches);
+        assert!(touches.is_empty() && !body.shape.is_missed());
+        body.shape.touches([1.95; 3], 0.1, &mut touches);
+        assert!(touches.is_empty() && body.shape.is_missed());
+        // Beyond the steps that are known it is nowhere.
+        body.shape.move_to(0.2);
+        let [low, high] = body.shape.bounds();
+        assert!(low[0] > high[0]);
+    }
+}

@@ -1,7 +1,8 @@
 //! A terrain over several processes: the lead is the unit that its environment knows; the other members do what it asks.
 //!
 //! The lead makes the bed and takes its bodies as a unit alone does. When it is about to step it hands its whole state and the inputs of its bodies to the members, each takes its part
-//! of the grains, and from then on they step together ([`crate::dem::spread`](mod@crate::dem::spread)). Before each step the lead tells what of its inputs has changed. What somebody wants to see of the
+//! of the grains, and from then on they step together ([`crate::dem::spread`](mod@crate::dem::spread)). Before each step the lead tells what of its inputs has changed, and sends meshes
+//! to those who may meet them. What somebody wants to see of the
 //! whole bed is gathered when it is asked for. A saved state is that of the whole, so that it goes on with any number of members, or with none.
 
 use crate::dem::DemError;
@@ -213,8 +214,6 @@ pub struct Lead {
     pub open: bool,
     /// Values that they all know.
     pub known: BTreeMap<u32, Value>,
-    /// Values of meshes that a member knows.
-    pub meshes: BTreeMap<usize, BTreeMap<u32, Value>>,
     /// The whole state where nothing has stepped since.
     pub whole: Option<DemState>,
 }

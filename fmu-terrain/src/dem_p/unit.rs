@@ -33,6 +33,8 @@ pub struct GranularUnit<E: SoilEngine> {
     /// Bodies as the inputs say, and the triangles their meshes were made from: remade after a restore.
     bodies: Vec<Body>,
     triangles: Vec<Vec<i32>>,
+    /// Meshes that this member of a team does not meet now.
+    aside: Vec<Option<Body>>,
     /// Longest inner step (s).
     longest: f64,
     /// The log has been told that a body reaches out of the box.
@@ -105,6 +107,7 @@ impl<E: SoilEngine> GranularUnit<E> {
             engine: None,
             bodies,
             triangles,
+            aside: (0..BODIES).map(|_| None).collect(),
             longest: 0.0,
             told_outside: [false; BODIES],
             told_unconverged: false,
@@ -255,15 +258,12 @@ impl<E: SoilEngine> GranularUnit<E> {
 
     /// Brings all bodies to their communication point.
     fn place_bodies(&mut self, v: &mut Values) -> Result<(), UnitError> {
-        self.place_bodies_near(v, |_| true)
+        self.place_bodies_but(v, &[])
     }
 
-    /// The same; of deforming meshes those that are near.
-    fn place_bodies_near(&mut self, v: &mut Values, near: impl Fn(usize) -> bool) -> Result<(), UnitError> {
-        for (k, vars) in self.vars.body.iter().enumerate() {
-            if self.own.slots[k].kind == Kind::Mesh && !near(k) {
-                continue;
-            }
+    /// The same but for some.
+    fn place_bodies_but(&mut self, v: &mut Values, but: &[bool]) -> Result<(), UnitError> {
+        for (k, vars) in self.vars.body.iter().enumerate().filter(|(k, _)| but.get(*k) != Some(&true)) {
             let slot = &mut self.own.slots[k];
             let set = |v: &mut Values| vars.state.position.iter().any(|&p| v.take_changed(p));
             slot.centre_given |= slot.kind == Kind::Mesh && set(v);
@@ -417,6 +417,7 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
         engine
             .change_step(step.size / count)
             .and_then(|()| engine.advance(count as u32, &mut self.bodies))
+            .and_then(|()| engine.agree(Ok(())))
             .map_err(|e| unit_error(e, true))?;
         let (spec, own) = (self.spec.as_ref(), &mut self.own);
         let top = own.report.as_ref().map_or(0.0, |r| r.height);
@@ -550,6 +551,7 @@ impl<E: SoilEngine> Unit for GranularUnit<E> {
         self.own = own;
         self.bodies = (0..BODIES).map(bodies::absent).collect();
         self.triangles = vec![Vec::new(); BODIES];
+        self.aside = (0..BODIES).map(|_| None).collect();
         self.engine = None;
         if let Some(spec) = self.spec.clone().map(|spec| on_slope(spec, v[self.vars.slope])) {
             let fault = |e| unit_error(e, false);

@@ -30,6 +30,9 @@ impl fmt::Display for Broken {
 /// A message of a round: the other rank, and the bytes. The buffer is used again by the next round.
 pub type Message = (usize, Vec<u8>);
 
+/// What a rank hands over: messages that are there, others, and the work that fills those.
+pub type Out<'m, 'f> = (&'m [Message], &'m mut [Message], &'f mut dyn FnMut(&mut [Message]));
+
 /// What is said and heard beside the rounds: notes, which may go and come at any time.
 pub trait Aside {
     /// A note has come.
@@ -55,7 +58,20 @@ pub trait World {
     ///
     /// # Errors
     /// The connection is lost.
-    fn round(&mut self, out: &[Message], into: &mut [Message], aside: Option<&mut dyn Aside>) -> Result<(), Broken>;
+    fn round(&mut self, out: &[Message], into: &mut [Message], aside: Option<&mut dyn Aside>) -> Result<(), Broken> {
+        self.round_around((out, &mut [], &mut |_| ()), into, aside)
+    }
+
+    /// A round around some work: hands over the first messages, does the work, which fills the other ones, while those are on their way, and goes on as [`World::round`].
+    ///
+    /// # Errors
+    /// The connection is lost.
+    fn round_around(
+        &mut self,
+        out: Out<'_, '_>,
+        into: &mut [Message],
+        aside: Option<&mut dyn Aside>,
+    ) -> Result<(), Broken>;
 
     /// Sends the notes that wait and takes those that have come. Sending one may wait until the other rank listens.
     ///

@@ -8,11 +8,11 @@ use std::time::Duration;
 
 use mpi::Threading;
 use mpi::environment::Universe;
-use mpi::request::RequestCollection;
+use mpi::request::{LocalScope, RequestCollection};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::*;
 
-use super::{Aside, Broken, Message, World};
+use super::{Aside, Broken, Message, Out, World};
 
 /// Tag of what is sent in rounds.
 const ROUND: mpi::Tag = 1;
@@ -86,6 +86,13 @@ impl Mpi {
         Some(status.source_rank() as usize)
     }
 
+    fn hand_over<'m>(&self, out: &'m [Message], scope: &LocalScope<'m>, sends: &mut RequestCollection<'m, [u8]>) {
+        for (to, bytes) in out {
+            let process = self.world.process_at_rank(*to as i32);
+            sends.add(process.immediate_send_with_tag(scope, &bytes[..], ROUND));
+        }
+    }
+
     fn exchange_notes(&self, aside: &mut dyn Aside) {
         while let Some((to, note)) = aside.say() {
             self.world.process_at_rank(to as i32).send_with_tag(&note[..], NOTE);
@@ -110,23 +117,28 @@ impl World for Mpi {
         self.neighbours
     }
 
-    fn round(
+    fn round_around(
         &mut self,
-        out: &[Message],
+        (out, late, work): Out<'_, '_>,
         into: &mut [Message],
         mut aside: Option<&mut dyn Aside>,
     ) -> Result<(), Broken> {
-        if let Some((_, long)) = out.iter().find(|(_, bytes)| i32::try_from(bytes.len()).is_err()) {
-            return Err(Broken(format!("a message of {} bytes; MPI takes at most {}", long.len(), i32::MAX)));
-        }
         let this: &Self = self;
-        mpi::request::multiple_scope(out.len(), |scope, sends: &mut RequestCollection<'_, [u8]>| {
-            for (to, bytes) in out {
-                let process = this.world.process_at_rank(*to as i32);
-                sends.add(process.immediate_send_with_tag(scope, &bytes[..], ROUND));
+        let too_long = |out: &[Message]| out.iter().map(|m| m.1.len()).find(|n| i32::try_from(*n).is_err());
+        let told = |n: usize| Broken(format!("a message of {n} bytes; MPI takes at most {}", i32::MAX));
+        if let Some(n) = too_long(out) {
+            return Err(told(n));
+        }
+        let mut wrong = None;
+        mpi::request::multiple_scope(out.len() + late.len(), |scope, sends: &mut RequestCollection<'_, [u8]>| {
+            this.hand_over(out, scope, sends);
+            work(late);
+            wrong = too_long(late);
+            if wrong.is_none() {
+                this.hand_over(late, scope, sends);
             }
             let mut patience = Patience::new(this.crowded);
-            let mut missing = into.len();
+            let mut missing = if wrong.is_none() { into.len() } else { 0 };
             let mut here = vec![false; into.len()];
             while missing > 0 {
                 let mut came = false;
@@ -158,7 +170,7 @@ impl World for Mpi {
                 }
             }
         });
-        Ok(())
+        wrong.map_or(Ok(()), |n| Err(told(n)))
     }
 
     fn notes(&mut self, aside: &mut dyn Aside) -> Result<(), Broken> {

@@ -3,7 +3,7 @@
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use super::{Aside, Broken, Message, World};
+use super::{Aside, Broken, Message, Out, World};
 
 /// One end of each channel: to and from every rank.
 struct Ends<T> {
@@ -59,15 +59,18 @@ impl World for Thread {
         self.size()
     }
 
-    fn round(
+    fn round_around(
         &mut self,
-        out: &[Message],
+        (out, late, work): Out<'_, '_>,
         into: &mut [Message],
         mut aside: Option<&mut dyn Aside>,
     ) -> Result<(), Broken> {
-        for (to, bytes) in out {
-            self.messages.to[*to].send(bytes.clone()).map_err(|_| gone(*to))?;
-        }
+        let send = |out: &[Message]| {
+            out.iter().try_for_each(|(to, bytes)| self.messages.to[*to].send(bytes.clone()).map_err(|_| gone(*to)))
+        };
+        send(out)?;
+        work(late);
+        send(late)?;
         for (from, bytes) in into {
             *bytes = loop {
                 match self.messages.from[*from].recv_timeout(LOOK) {

@@ -1,4 +1,5 @@
-//! Weak and strong scaling of a spread bed on paper: from what `cargo xtask bench mpi` has measured and a network that is assumed.
+//! Weak and strong scaling of a spread bed on paper: from what `cargo xtask bench mpi` has measured, over a cluster's network that is assumed and over what a ping-pong between two ranks of one
+//! machine gave.
 
 use anyhow::Result;
 use std::fmt::Write as _;
@@ -13,9 +14,22 @@ pub struct Measured {
     pub bytes: f64,
 }
 
-/// The network: a current cluster's, one way (s), and one direction of a link (B/s).
-const LATENCY: f64 = 1.5e-6;
-const BANDWIDTH: f64 = 10e9;
+/// What messages go over.
+struct Network {
+    name: &'static str,
+    /// One way (s).
+    latency: f64,
+    /// One direction of a link (B/s).
+    bandwidth: f64,
+}
+
+/// A ping-pong of Open MPI 4.1.4 between two ranks of a busy machine of this kind, through shared memory: there and back (s) with one double, with 3,000.
+const PING_PONG: [f64; 2] = [0.5e-6, 36e-6];
+/// A current cluster's, assumed; and the ping-pong's.
+const NETWORKS: [Network; 2] = [
+    Network { name: "cluster", latency: 1.5e-6, bandwidth: 10e9 },
+    Network { name: "ping-pong", latency: 0.5 * PING_PONG[0], bandwidth: 2.0 * 24e3 / (PING_PONG[1] - PING_PONG[0]) },
+];
 /// Bytes that a core packs and unpacks per second.
 const PACKING: f64 = 2e9;
 /// Steps between two rebuilds, and between two that make everything anew.
@@ -38,7 +52,8 @@ fn layers(grains: f64) -> (f64, f64) {
 }
 
 /// Wall time of a step (s) on so many members with one core each; none where a member would have less than one layer.
-fn step(grains: f64, members: f64, m: &Measured) -> Option<f64> {
+fn step(grains: f64, members: f64, m: &Measured, network: &Network) -> Option<f64> {
+    let Network { latency, bandwidth, .. } = *network;
     let (layer, layers) = layers(grains);
     if members > layers {
         return None;
@@ -50,13 +65,13 @@ fn step(grains: f64, members: f64, m: &Measured) -> Option<f64> {
     }
     let rounds = members.log2().ceil();
     // Places one way, forces the other, each after the other; packed on one side, unpacked on the other.
-    let cut = 2.0 * LATENCY + layer * m.bytes * (1.0 / BANDWIDTH + 2.0 / PACKING);
+    let cut = 2.0 * latency + layer * m.bytes * (1.0 / bandwidth + 2.0 / PACKING);
     // Whether lists must be made anew.
-    let stale = rounds * LATENCY;
-    let bodies = LATENCY + LOADS / BANDWIDTH + rounds * (LATENCY + MESHES / BANDWIDTH) / STEPS;
+    let stale = rounds * latency;
+    let bodies = latency + LOADS / bandwidth + rounds * (latency + MESHES / bandwidth) / STEPS;
     let slabs = grains / 1024.0;
-    let lists = (rounds * LATENCY + slabs * 17.0 / BANDWIDTH) * 4.0 / REBUILD;
-    let anew = members * (LATENCY + 4.0 * layers / BANDWIDTH) / WHOLE;
+    let lists = (rounds * latency + slabs * 17.0 / bandwidth) * 4.0 / REBUILD;
+    let anew = members * (latency + 4.0 * layers / bandwidth) / WHOLE;
     Some(work + cut + stale + bodies + lists + anew)
 }
 
@@ -67,11 +82,18 @@ fn step(grains: f64, members: f64, m: &Measured) -> Option<f64> {
 pub fn write(folder: &Path, m: &Measured) -> Result<()> {
     let mut page = format!(
         "# A bed over many processes, on paper\n\nWritten by `cargo xtask bench mpi`, which measures the first two figures; `crates/xtask/src/bench/scaling.rs` holds the model.\n\n| | |\n|---|---|\n| grain-steps per second \
-         of a processor, rebuilds included | {:.2e} |\n| bytes per step and grain at a cut | {:.0} |\n| network (assumed): latency, bandwidth | {LATENCY:.1e} s, {BANDWIDTH:.0e} B/s |\n| packing (assumed) | {PACKING:.0e} B/s \
+         of a processor, rebuilds included | {:.2e} |\n| bytes per step and grain at a cut | {:.0} |\n{}| packing (assumed) | {PACKING:.0e} B/s \
          |\n\nBeds of grains of 12 mm, 0.3 m deep, two and a half times as long as wide, one core a member. A step is the work of the member with most layers of cells; places and forces across a cut, one after the \
          other; the question whether lists must be made anew (log2 rounds); what tires and ground tell each other; slabs told to all at a rebuild, layers at one that makes all anew. No member has less than one layer: cuts are along \
-         one axis. Not in the model: a wheel whose contacts one member computes while the others wait (measured on two members: see mpi.md), soil that sleeps, uneven cores, a network that others use.\n\n",
-        m.rate, m.bytes
+         one axis. Not in the model: a wheel whose contacts one member computes while the others wait (measured on two members: see mpi.md), soil that sleeps, uneven cores, a network that others use. Two networks: a cluster's, assumed; and what a ping-pong between two ranks of one busy machine gave \
+         (Open MPI 4.1.4: {:.1} us there and back with one double, {:.0} us with 3,000), as if all members sat so.\n\n",
+        m.rate,
+        m.bytes,
+        NETWORKS
+            .map(|n| format!("| {}: latency, bandwidth | {:.2e} s, {:.1e} B/s |\n", n.name, n.latency, n.bandwidth))
+            .concat(),
+        1e6 * PING_PONG[0],
+        1e6 * PING_PONG[1],
     );
     let ranks = [1.0, 2.0, 10.0, 100.0, 1000.0, 10_000.0];
     writeln!(
@@ -81,11 +103,11 @@ pub fn write(folder: &Path, m: &Measured) -> Result<()> {
     let axes = || (Axis::new("members", "log10"), Axis::new("efficiency", "1"));
     let (x, y) = axes();
     let mut strong = Plot::new("Strong scaling, on paper", x, y);
-    for grains in [1e6, 1e8, 1e9] {
-        let alone = step(grains, 1.0, m).unwrap_or(f64::NAN);
+    for (network, grains) in NETWORKS.iter().flat_map(|n| [1e6, 1e8, 1e9].map(|g| (n, g))) {
+        let alone = step(grains, 1.0, m, network).unwrap_or(f64::NAN);
         let (mut xs, mut ys, mut cells) = (Vec::new(), Vec::new(), Vec::new());
         for p in ranks {
-            match step(grains, p, m) {
+            match step(grains, p, m, network) {
                 Some(t) => {
                     cells.push(format!("{:.3}/s, {:.0} %", 1.0 / t, 100.0 * alone / t / p));
                     xs.push(p.log10());
@@ -94,8 +116,8 @@ pub fn write(folder: &Path, m: &Measured) -> Result<()> {
                 None => cells.push("more than layers".into()),
             }
         }
-        writeln!(page, "| {grains:.0e} | {} |", cells.join(" | "))?;
-        strong = strong.with(format!("{grains:.0e} grains"), &xs, &ys, Style::Line);
+        writeln!(page, "| {grains:.0e}, {} | {} |", network.name, cells.join(" | "))?;
+        strong = strong.with(format!("{grains:.0e} grains, {}", network.name), &xs, &ys, Style::Line);
     }
     writeln!(
         page,
@@ -103,10 +125,10 @@ pub fn write(folder: &Path, m: &Measured) -> Result<()> {
     )?;
     let (x, y) = axes();
     let mut weak = Plot::new("Weak scaling, on paper", x, y);
-    for each in [1e5, 1e6] {
+    for (network, each) in NETWORKS.iter().flat_map(|n| [1e5, 1e6].map(|g| (n, g))) {
         let (mut xs, mut ys, mut cells) = (Vec::new(), Vec::new(), Vec::new());
         for p in ranks {
-            match step(each * p, p, m) {
+            match step(each * p, p, m, network) {
                 Some(t) => {
                     // Against perfect work, so that whole layers count as what they cost.
                     let efficiency = each / m.rate / t;
@@ -117,8 +139,8 @@ pub fn write(folder: &Path, m: &Measured) -> Result<()> {
                 None => cells.push("more than layers".into()),
             }
         }
-        writeln!(page, "| {each:.0e} | {} |", cells.join(" | "))?;
-        weak = weak.with(format!("{each:.0e} grains a member"), &xs, &ys, Style::Line);
+        writeln!(page, "| {each:.0e}, {} | {} |", network.name, cells.join(" | "))?;
+        weak = weak.with(format!("{each:.0e} a member, {}", network.name), &xs, &ys, Style::Line);
     }
     writeln!(
         page,
@@ -139,12 +161,14 @@ mod tests {
     #[test]
     fn the_model_is_bounded_by_the_work() {
         let m = Measured { rate: 1e7, bytes: 120.0 };
-        let one = step(1e6, 1.0, &m).unwrap();
-        assert!((one - 0.1).abs() < 1e-9);
-        for p in [2.0, 10.0, 100.0] {
-            let t = step(1e6, p, &m).unwrap();
-            assert!(t > one / p && t < one, "{p}: {t}");
+        for network in &NETWORKS {
+            let one = step(1e6, 1.0, &m, network).unwrap();
+            assert!((one - 0.1).abs() < 1e-9);
+            for p in [2.0, 10.0, 100.0] {
+                let t = step(1e6, p, &m, network).unwrap();
+                assert!(t > one / p && t < one, "{p}: {t}");
+            }
+            assert!(step(1e6, 1e4, &m, network).is_none());
         }
-        assert!(step(1e6, 1e4, &m).is_none());
     }
 }

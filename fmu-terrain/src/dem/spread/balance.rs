@@ -11,6 +11,7 @@ use crate::dem::grains::{DemState, Row};
 use crate::dem::slab::{Near, Slab};
 use crate::dem::vec3::Vec3;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 use std::ops::Range;
 
 /// Rebuilds between two looks.
@@ -19,8 +20,8 @@ pub(super) const LOOK: u64 = 16;
 const MOST: f64 = 1.04;
 /// By so much the time of a grain may differ from the mean, whatever was measured.
 const UNEVEN: f64 = 1.25;
-/// Sweeps that their mean time is taken over.
-const LATELY: f64 = 64.0;
+/// Sweeps whose times are known.
+const LATELY: usize = 64;
 /// A cut moves by at most so many slabs at a rebuild, and goes on at the next: who can have nothing to do with a body in a step is known from where the members' grains are when it
 /// begins.
 pub(super) const FARTHEST: usize = 8;
@@ -56,26 +57,48 @@ fn shares(work: &[f64], size: usize) -> Vec<usize> {
     first
 }
 
-/// Makes the grains of each member's slabs the time they take, in units of the mean time of a grain.
+/// Makes the grains of each member's slabs the time they take, in units of the mean time of a grain that is computed: those of members where nearly all sleep count little in it.
 fn weigh(work: &mut [Vec<f64>], took: &[f64]) {
     let sums = work.iter().map(|m| m.iter().sum::<f64>());
     let each: Vec<f64> = sums.zip(took).map(|(sum, took)| took / sum).collect();
-    let known = |e: &&f64| e.is_finite() && **e > 0.0;
-    let mean = each.iter().filter(known).sum::<f64>() / each.iter().filter(known).count() as f64;
-    for (slabs, each) in work.iter_mut().zip(&each).filter(|(_, e)| known(e)) {
+    let known = |e: f64| e.is_finite() && e > 0.0;
+    let (mut mean, mut all) = (0.0, 0.0);
+    for (each, took) in each.iter().zip(took).filter(|(e, _)| known(**e)) {
+        mean += took * each;
+        all += took;
+    }
+    mean /= all;
+    for (slabs, each) in work.iter_mut().zip(&each).filter(|(_, e)| known(**e)) {
         let weight = (each / mean).clamp(1.0 / UNEVEN, UNEVEN);
         slabs.iter_mut().for_each(|w| *w *= weight);
     }
 }
 
-impl Spread {
-    /// A sweep took so long (s). One that something else on the machine has held up counts no more than half as much again as the others.
-    pub(in crate::dem) fn took(&mut self, time: f64) {
-        let time = if self.took == 0.0 { time } else { time.min(1.5 * self.took) };
-        let part = if self.took == 0.0 { 1.0 } else { 1.0 / LATELY };
-        self.took += part * (time - self.took);
+/// What the last sweeps have taken (s).
+#[derive(Default)]
+pub(super) struct Took(VecDeque<f64>);
+
+impl Took {
+    /// A sweep took so long.
+    pub fn add(&mut self, time: f64) {
+        if self.0.len() == LATELY {
+            self.0.pop_front();
+        }
+        self.0.push_back(time);
     }
 
+    /// The median, which a few that something else on the machine has held up do not change; 0 of too few.
+    fn median(&self) -> f64 {
+        if self.0.len() < LATELY / 2 {
+            return 0.0;
+        }
+        let mut sorted: Vec<f64> = self.0.iter().copied().collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        sorted[sorted.len() / 2]
+    }
+}
+
+impl Spread {
     /// Shares slabs out anew where it pays. `near` is of each slab.
     pub(in crate::dem) fn balance(&mut self, state: &mut DemState, near: &mut Vec<Near>) -> Result<(), DemError> {
         if self.size == 1 || !(state.rebuilds.is_multiple_of(LOOK) || std::mem::take(&mut self.goes_on)) {
@@ -83,7 +106,7 @@ impl Spread {
         }
         let of = |s: &Slab| f64::from(s.last - s.first) * if s.asleep { ASLEEP } else { 1.0 };
         let mine: Vec<f64> = state.slabs.iter().map(of).collect();
-        let (mut all, took): (Vec<Vec<f64>>, Vec<f64>) = self.share(&(mine, self.took))?.into_iter().unzip();
+        let (mut all, took): (Vec<Vec<f64>>, Vec<f64>) = self.share(&(mine, self.took.median()))?.into_iter().unzip();
         weigh(&mut all, &took);
         let sums: Vec<f64> = all.iter().map(|m| m.iter().sum()).collect();
         let most = sums.iter().fold(0.0_f64, |m, s| m.max(*s));
@@ -102,6 +125,8 @@ impl Spread {
             return Ok(());
         }
         self.hand_over(state, near, &first, &then)?;
+        // What was measured was of other slabs.
+        self.took = Took::default();
         self.find_neighbours(state)?;
         self.see(state)
     }
@@ -202,25 +227,28 @@ mod tests {
     #[test]
     fn work_is_weighed_by_what_it_took() {
         let weighed = |took: [f64; 3]| {
-            let mut work = vec![vec![2.0, 2.0], vec![4.0], vec![]];
+            let mut work = [vec![2.0, 2.0], vec![4.0], vec![]];
             weigh(&mut work, &took);
             work
         };
-        assert_eq!(weighed([1.1, 0.9, 0.0]), [vec![2.2, 2.2], vec![3.6], vec![]]);
+        let [a, b, c] = weighed([1.1, 0.9, 0.0]);
+        assert!((a[0] / b[0] - 0.5 * 1.1 / 0.9).abs() < 1e-12 && a[0] == a[1] && c.is_empty());
         // However different, no more than by a quarter; who has measured nothing counts as the mean.
-        assert_eq!(weighed([9.0, 1.0, 1.0]), [vec![2.5, 2.5], vec![3.2], vec![]]);
+        let [a, b, _] = weighed([9.0, 1.0, 1.0]);
+        assert!((2.0..2.5).contains(&a[0]) && b == [3.2], "{a:?} {b:?}");
         assert_eq!(weighed([0.0, 1.0, 0.0]), [vec![2.0, 2.0], vec![4.0], vec![]]);
         assert_eq!(weighed([0.0; 3]), [vec![2.0, 2.0], vec![4.0], vec![]]);
     }
 
     #[test]
-    fn a_sweep_that_was_held_up_counts_little() {
-        let mut spread = Spread::new(super::super::team_of_threads(1).remove(0));
-        (0..100).for_each(|_| spread.took(1.0));
-        spread.took(1000.0);
-        assert!((1.0..1.01).contains(&spread.took), "{}", spread.took);
-        (0..1000).for_each(|_| spread.took(2.0));
-        assert!((spread.took - 2.0).abs() < 1e-3);
+    fn sweeps_that_were_held_up_do_not_count() {
+        let mut took = Took::default();
+        (0..LATELY / 2 - 1).for_each(|_| took.add(1.0));
+        assert_eq!(took.median(), 0.0);
+        (0..LATELY).for_each(|k| took.add(if k % 3 == 0 { 1000.0 } else { 1.0 }));
+        assert_eq!(took.median(), 1.0);
+        (0..LATELY).for_each(|_| took.add(2.0));
+        assert_eq!(took.median(), 2.0);
     }
 
     #[test]

@@ -310,14 +310,20 @@ impl Across<'_> {
         grid.place(&row[X0..X0 + 3])[0].clamp(self.block.layers.start, self.block.layers.end - 1)
     }
 
-    /// The member that each piece will be of: where all is made anew, so that all have the same number of grains; else where its first layer was.
+    /// The member that each piece will be of. Where grains have just been placed, so that all have the same number of grains; where all is made anew, so that all have as many as they had
+    /// ([`super::balance`] moves cuts); else where its first layer was.
     fn owners(&self, pieces: &[Kept]) -> Vec<usize> {
         let anew = self.members.len() == self.map.first.len() - 1 && !self.map.kept.contains(&true);
         let all = self.block.rows.len().max(1);
         let of = |(piece, _): &Kept| {
             if anew {
-                let middle = (piece.first as usize + piece.last as usize) / 2;
-                return (middle * self.members.len() / all).min(self.members.len() - 1);
+                let middle = (piece.first + piece.last) / 2;
+                return if self.map.slabs.is_empty() {
+                    (middle as usize * self.members.len() / all).min(self.members.len() - 1)
+                } else {
+                    // The last of those that begin here: the others have no grains.
+                    self.map.grain[1..self.map.grain.len() - 1].partition_point(|first| *first <= middle)
+                };
             }
             let slabs = &self.map.slabs[self.block.slabs.clone()];
             let behind = slabs.partition_point(|s| s.layers[0] <= piece.layers[0]);

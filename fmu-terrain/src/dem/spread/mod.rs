@@ -98,8 +98,8 @@ pub struct Spread {
     reach: Vec<[f64; 2]>,
     /// Whether cuts have not come to where they shall be.
     goes_on: bool,
-    /// Wall time of a sweep, about, lately (s).
-    took: f64,
+    /// Wall times of sweeps.
+    took: balance::Took,
     /// Thickness of the thickest slab (m).
     thickest: f64,
     /// How many of the first grains the member before looks at.
@@ -125,7 +125,7 @@ impl Spread {
             behind: None,
             reach: Vec::new(),
             goes_on: false,
-            took: 0.0,
+            took: balance::Took::default(),
             thickest: 0.0,
             front: 0,
             ghosts: Vec::new(),
@@ -143,12 +143,17 @@ impl Spread {
 
     /// Which members may meet a body that stays in `zone` (m, along x) for `steps` inner steps, whatever lists and cuts do meanwhile.
     pub(super) fn may_meet(&self, zone: [f64; 2], steps: u32) -> Vec<bool> {
-        // Cuts may move at every step; and grains lie at most a few slabs from where they were listed.
+        // Lists may be made and cuts move at every step; where all lists are made anew a cut comes to lie within a slab or two of where it was.
         let margin = (f64::from(steps) * balance::FARTHEST as f64 + 4.0) * self.thickest;
         // Who has no grains may be given some.
         let near =
             |reach: &[f64; 2]| reach[0] > reach[1] || zone[0] - margin <= reach[1] && zone[1] + margin >= reach[0];
         if self.reach.len() == self.size { self.reach.iter().map(near).collect() } else { vec![true; self.size] }
+    }
+
+    /// A sweep took so long (s).
+    pub(super) fn took(&mut self, time: f64) {
+        self.took.add(time);
     }
 
     /// The team.

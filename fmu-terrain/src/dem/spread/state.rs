@@ -94,6 +94,17 @@ impl CpuEngine {
         self.spread.as_ref().map_or(Vec::new(), |spread| spread.may_meet(zone, steps))
     }
 
+    /// All members, or the first of their errors.
+    ///
+    /// # Errors
+    /// That of any member; the team is broken.
+    pub fn agree(&mut self, mine: Result<(), DemError>) -> Result<(), DemError> {
+        match &mut self.spread {
+            None => mine,
+            Some(spread) => spread.agree(mine),
+        }
+    }
+
     /// The whole state, on the lead; on the others none. All members call it.
     ///
     /// # Errors

@@ -2,27 +2,29 @@
 
 use super::{GranularUnit, on_slope};
 use crate::config::{BODIES, Terrain};
-use crate::dem::Body;
+use crate::dem::vec3::Vec3;
+use crate::dem::{Body, DemError};
 use crate::dem_p::bodies::{self, Kind};
 use crate::dem_p::pieces::{self, Piece};
 use crate::dem_p::team::{Changes, Crew, Order};
 use crate::error::unit_error;
 use crate::soil_engine::SoilEngine;
 use crate::variables::BodyVars;
+use std::collections::BTreeMap;
 use std::path::Path;
 use terramech_fmi2::{Pieces, Team, Unit, UnitError, Values, Var, specification};
 
-/// The arrays of a mesh.
-fn mesh_of(body: &BodyVars) -> [u32; 3] {
-    [body.position.vr(), body.velocity.vr(), body.triangle.vr()]
+/// The arrays of a mesh that are new at every step.
+fn mesh_of(body: &BodyVars) -> [u32; 2] {
+    [body.position.vr(), body.velocity.vr()]
 }
 
 impl<E: SoilEngine> GranularUnit<E> {
-    /// What all members know of this one's inputs: its bodies, the slope, threads of their own. Meshes that come anew at every step go to those who may meet them.
+    /// What all members know of this one's inputs: its bodies, the slope, threads of their own. Where the vertices of deforming meshes are goes to those who may meet them, at every step.
     pub(super) fn inputs(&self) -> Vec<u32> {
         let mut all = vec![self.vars.slope.vr()];
         for (body, slot) in self.vars.body.iter().zip(&self.own.slots) {
-            all.extend([body.shape.vr(), body.radius.vr(), body.width.vr()]);
+            all.extend([body.shape.vr(), body.radius.vr(), body.width.vr(), body.triangle.vr()]);
             if slot.kind != Kind::Mesh {
                 all.extend(mesh_of(body));
             }
@@ -41,8 +43,10 @@ impl<E: SoilEngine> GranularUnit<E> {
         let unit = restored.map_or_else(|| self.save(), |bytes| Ok(bytes.to_vec()))?;
         let pieces = self.pieces.clone().filter(|_| restored.is_some());
         self.lead.known.clear();
-        self.lead.meshes.clear();
-        let values = v.changes(self.inputs(), &mut self.lead.known);
+        let mut values = v.changes(self.inputs(), &mut self.lead.known);
+        // Meshes whole, so that all make the same of them: which vertices lie in one place is told from where they are first.
+        let meshes = self.vars.body.iter().zip(&self.own.slots).filter(|(_, slot)| slot.kind == Kind::Mesh);
+        values.extend(v.changes(meshes.flat_map(|(vars, _)| mesh_of(vars)), &mut BTreeMap::new()));
         crew.ask(&Order::Open { unit, values, pieces })?;
         crew.answers::<()>()?;
         crew.ask(&Order::Part)?;
@@ -64,24 +68,48 @@ impl<E: SoilEngine> GranularUnit<E> {
             }
             let mut zone = [f64::INFINITY, f64::NEG_INFINITY];
             for i in 0..count {
-                // As the engine does it: the boxes decide about sleep.
+                // As the engine does it: the boxes decide about sleep, and about who tells the lead of a body.
                 body.shape.move_to(f64::from(i) * step);
                 let [low, high] = body.shape.bounds();
                 zone = [zone[0].min(low[0]), zone[1].max(high[0])];
                 boxes[k].push([low, high]);
             }
-            for (mask, _) in meshes.iter_mut().zip(engine.may_meet(zone, count)).skip(1).filter(|(_, meets)| *meets) {
-                *mask |= 1 << k;
+            // Other triangles make another mesh: everywhere, from the same places.
+            let anew = values.iter().any(|(vr, _)| *vr == self.vars.body[k].triangle.vr());
+            for (mask, meets) in meshes.iter_mut().zip(engine.may_meet(zone, count)).skip(1) {
+                *mask |= u32::from(meets || anew) << k;
             }
         }
         let out = meshes.iter().enumerate().filter(|(_, mask)| **mask != 0).map(|(member, mask)| {
             let bodies = self.vars.body.iter().enumerate().filter(|(k, _)| mask & 1 << k != 0);
-            let of = bodies.flat_map(|(_, vars)| mesh_of(vars));
-            (member, v.changes(of, self.lead.meshes.entry(member).or_default()))
+            (member, v.changes(bodies.flat_map(|(_, vars)| mesh_of(vars)), &mut BTreeMap::new()))
         });
         let out: Vec<(usize, Changes)> = out.collect();
         crew.ask(&Order::Step { count, step, values, centres, boxes, meshes })?;
         crew.send(out)
+    }
+
+    /// Brings the bodies of a member to their communication point: meshes that are sent to it, as bits of `near`, to their vertices; of the others their boxes are known, and the meshes
+    /// put aside until they come again.
+    fn place_near(
+        &mut self,
+        v: &mut Values,
+        near: u32,
+        step: f64,
+        boxes: Vec<Vec<[Vec3; 2]>>,
+    ) -> Result<(), UnitError> {
+        for (k, boxes) in boxes.into_iter().enumerate().filter(|(k, _)| self.own.slots[*k].kind == Kind::Mesh) {
+            let (mesh, body) = (&mut self.aside[k], &mut self.bodies[k]);
+            if near & 1 << k == 0 {
+                let mut away = bodies::away(k, step, boxes);
+                std::mem::swap(body, &mut away);
+                mesh.get_or_insert(away);
+            } else if let Some(mesh) = mesh.take() {
+                *body = mesh;
+            }
+        }
+        let aside: Vec<bool> = self.aside.iter().map(Option::is_some).collect();
+        self.place_bodies_but(v, &aside)
     }
 
     /// Takes this member's part of the bed that all have whole.
@@ -142,14 +170,7 @@ impl<E: SoilEngine> GranularUnit<E> {
                 if mask != 0 {
                     v.take_changes(crew.take()?);
                 }
-                self.place_bodies_near(v, |k| mask & 1 << k != 0)?;
-                for (k, boxes) in boxes.into_iter().enumerate() {
-                    if self.own.slots[k].kind == Kind::Mesh && mask & 1 << k == 0 {
-                        self.bodies[k] = bodies::away(k, step, boxes);
-                        // A mesh that comes back is made anew.
-                        self.triangles[k].clear();
-                    }
-                }
+                let mut mine = self.place_near(v, mask, step, boxes);
                 for (slot, given) in self.own.slots.iter_mut().zip(centres) {
                     slot.centre_given = given;
                 }
@@ -163,10 +184,12 @@ impl<E: SoilEngine> GranularUnit<E> {
                     .map_err(|e| unit_error(e, true))?;
                 if let Some(k) = self.bodies.iter().position(|b| b.shape.is_missed()) {
                     let (k, member) = (k + 1, Team::index(crew));
-                    return Err(UnitError::numerical(format!(
-                        "grains of member {member} have come to body[{k}] within a step in which they were too far from it to be sent its mesh"
-                    )));
+                    mine = mine.and(Err(UnitError::numerical(format!(
+                        "grains of member {member} have come into the box of body[{k}] within a step in which they were too far from it to be sent its mesh"
+                    ))));
                 }
+                // The lead waits to hear of it.
+                engine.agree(mine.map_err(|e| DemError::Elsewhere(e.to_string()))).map_err(|e| unit_error(e, true))?;
             }
             Order::Heat => {
                 self.engine.as_ref().map(|e| e.heat(&self.bodies));

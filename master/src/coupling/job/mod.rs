@@ -7,11 +7,11 @@
 //! # One communication step
 //!
 //! ```text
-//! each rank:  reads the outputs of its units | round: values, what rank 0 watches, terms of power bonds, its state | sets inputs, steps its units
+//! each rank:  reads the outputs of its units | hands over values | reads what rank 0 watches, terms of power bonds | hands these over, takes what comes | sets inputs, steps its units
 //! rank 0:     the same, and records and decides while the others step
 //! ```
 //!
-//! Messages are handed over as soon as a rank has read its outputs, while slower ones still compute. What rank 0 decides from a round (a condition holds, a unit failed or ended the run)
+//! Values are handed over as soon as a rank has read its outputs, while slower ones still compute, and travel while it reads what is recorded. What rank 0 decides from a round (a condition holds, a unit failed or ended the run)
 //! the others learn in the next, so that no second message is needed: they may step once more, which nobody sees. A rank that cannot go on sends empty messages until rank 0 has called
 //! the run off; who expected values from it does the same. So no rank waits for a message that never comes.
 //!
@@ -141,6 +141,8 @@ pub struct Job {
     stage: Stage,
     /// What goes to and comes from each rank in a step.
     out: Vec<Message>,
+    /// The message to rank 0, on the others: it is told more than values.
+    to_first: Vec<Message>,
     into: Vec<Message>,
     cargo_out: BTreeMap<usize, Vec<Cargo>>,
     cargo_in: BTreeMap<usize, Vec<Cargo>>,
@@ -188,6 +190,7 @@ impl Job {
             begun: false,
             stage: Stage::Starting,
             out: Vec::new(),
+            to_first: Vec::new(),
             into: Vec::new(),
             cargo_out: BTreeMap::new(),
             cargo_in: BTreeMap::new(),
@@ -340,7 +343,8 @@ impl Job {
         (self.cargo_out, self.cargo_in) = self.cargos(links);
         // With rank 0 every rank exchanges a message, with others where values cross.
         let meets = |cargos: &BTreeMap<usize, Vec<Cargo>>, r: usize| me == 0 || r == 0 || cargos.contains_key(&r);
-        self.out = self.others().filter(|&r| meets(&self.cargo_out, r)).map(|r| (r, Vec::new())).collect();
+        let out = self.others().filter(|&r| meets(&self.cargo_out, r)).map(|r| (r, Vec::new()));
+        (self.to_first, self.out) = out.partition(|m| m.0 == 0);
         self.into = self.others().filter(|&r| meets(&self.cargo_in, r)).map(|r| (r, Vec::new())).collect();
         self.stage = Stage::Stepping;
     }

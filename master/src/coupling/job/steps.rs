@@ -1,5 +1,6 @@
 //! The rounds of a [`Job`] while its units are stepped.
 
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use super::bytes::{Packer, Unpacker};
@@ -9,7 +10,7 @@ use crate::coupling::watch::{Schedule, Watch};
 use crate::coupling::{Advance, Failure, Show, System, UnitState};
 use crate::loading::{Class, Outputs};
 use crate::model_description::Kind;
-use crate::world::Broken;
+use crate::world::{Broken, Message};
 
 /// What a message of a round is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,33 +105,43 @@ impl System {
 
     fn round(&mut self, job: &mut Job, tick: u64) -> Result<(), Failure> {
         let begin = Instant::now();
-        let mut watching = Duration::ZERO;
         let all = std::mem::take(&mut self.read_all);
         let length = self.plan.clock.length(1);
         if !job.idle {
-            let read = self.read_outputs(tick).and_then(|()| {
-                let looked = Instant::now();
-                let read = self.read_watches(tick, all, |unit| job.is_here(unit)).and_then(|()| self.write_shows(tick));
-                watching = looked.elapsed();
-                read
-            });
-            if let Err(failure) = read {
-                // A unit that has ended the run need not have outputs any more.
-                if self.ended.is_some() {
-                    (job.readable, job.idle) = (false, true);
-                } else {
-                    job.trouble(&failure, (tick, 0), &self.names());
-                }
-            }
-        }
-        if self.bonds.is_open() && !job.idle {
-            self.bonds.terms(&self.links, |unit| job.is_here(unit));
+            let read = self.read_outputs(tick);
+            self.is_read(job, tick, read);
         }
         let over = job.rank() == 0 && job.idle && self.ended.is_none();
-        self.pack(job, tick, all, over);
-        let packed = begin.elapsed();
-        job.world.borrow_mut().round(&job.out, &mut job.into, Some(&mut *job.notes.borrow_mut()))?;
-        let waited = begin.elapsed() - packed;
+        let asked = job.notes.borrow().relay.is_stop_asked();
+        // A spread unit that is led from here talks to its other members when it is read, and then nobody else can.
+        let asks_members = job.teams.iter().any(|t| t.2.is_some());
+        let mut watching = Duration::ZERO;
+        if asks_members {
+            watching = self.read_watched(job, tick, all);
+        }
+        let [mut out, mut late, mut into] = [&mut job.out, &mut job.to_first, &mut job.into].map(std::mem::take);
+        self.pack(job, tick, (over, asked), &mut out);
+        // Rank 0 has told the others whether to save, the others learn it now.
+        let told_to_save = job.save && Self::what(job, over) == What::Values;
+        let (world, notes) = (Rc::clone(&job.world), Rc::clone(&job.notes));
+        let begun = Instant::now();
+        let mut worked = Duration::ZERO;
+        let round = world.borrow_mut().round_around(
+            (&out, &mut late, &mut |late| {
+                let begin = Instant::now();
+                if !asks_members {
+                    watching = self.read_watched(job, tick, all);
+                }
+                self.pack(job, tick, (over, asked), late);
+                late.iter_mut().for_each(|(_, bytes)| self.pack_watched(job, tick, all, bytes));
+                worked = begin.elapsed();
+            }),
+            &mut into,
+            Some(&mut *notes.borrow_mut()),
+        );
+        let waited = begun.elapsed() - worked;
+        (job.out, job.to_first, job.into) = (out, late, into);
+        round?;
         let come = self.unpack(job, tick, all)?;
         let first = come.troubles.into_iter().chain(job.trouble.clone()).min_by_key(|t| (t.at, t.rank));
         job.called_off |= over;
@@ -142,6 +153,10 @@ impl System {
             }
             // A step that failed was before the end of the run; outputs that cannot be read are after it.
             if let Some(first) = first.filter(|t| t.at.0 < tick || self.ended.is_none()) {
+                if told_to_save {
+                    // They send their states all the same.
+                    job.gather(Vec::new())?;
+                }
                 return Err(first.failure());
             }
         }
@@ -163,16 +178,45 @@ impl System {
         Ok(())
     }
 
-    /// Fills the messages of a round.
-    fn pack(&mut self, job: &mut Job, tick: u64, all: bool, over: bool) {
-        let me = job.rank();
-        let what = match (over, job.idle) {
+    /// Reads what rank 0 watches of the units that are here, and their terms of the power bonds; gives the time that took.
+    fn read_watched(&mut self, job: &mut Job, tick: u64, all: bool) -> Duration {
+        let begin = Instant::now();
+        if job.idle {
+            return Duration::ZERO;
+        }
+        let read = self.read_watches(tick, all, |unit| job.is_here(unit)).and_then(|()| self.write_shows(tick));
+        let watching = begin.elapsed();
+        self.is_read(job, tick, read);
+        if self.bonds.is_open() && !job.idle {
+            self.bonds.terms(&self.links, |unit| job.is_here(unit));
+        }
+        watching
+    }
+
+    /// What has been read of the units that are here, or could not be.
+    fn is_read(&self, job: &mut Job, tick: u64, read: Result<(), Failure>) {
+        match read {
+            Ok(()) => {}
+            // A unit that has ended the run need not have outputs any more.
+            Err(_) if self.ended.is_some() => (job.readable, job.idle) = (false, true),
+            Err(failure) => job.trouble(&failure, (tick, 0), &self.names()),
+        }
+    }
+
+    /// What goes with the messages of a round now.
+    fn what(job: &Job, over: bool) -> What {
+        match (over, job.idle) {
             (true, _) => What::Over,
             (false, true) => What::Nothing,
             (false, false) => What::Values,
-        };
-        let asked = job.notes.borrow().relay.is_stop_asked();
-        for (to, bytes) in &mut job.out {
+        }
+    }
+
+    /// Fills messages of a round with the values that other ranks need.
+    fn pack(&self, job: &Job, tick: u64, (over, asked): (bool, bool), out: &mut [Message]) {
+        let me = job.rank();
+        let what = Self::what(job, over);
+        for (to, bytes) in out {
             bytes.clear();
             let mut packer = Packer(bytes);
             packer.byte(what as u8);
@@ -195,13 +239,19 @@ impl System {
             for cargo in job.cargo_out.get(to).into_iter().flatten().filter(|c| self.is_due(c.unit, tick)) {
                 cargo.pack(&self.links.outputs[cargo.unit], &mut packer);
             }
-            if *to == 0 {
-                self.bonds.pack_terms(|unit| job.owner[unit] == me, |term| packer.real(term));
-                for watch in self.watches.iter().filter(|w| job.owner[w.member] == me) {
-                    if self.is_watch_due(watch, tick, all) {
-                        Cargo::whole(watch.member, &watch.outputs).pack(&watch.outputs, &mut packer);
-                    }
-                }
+        }
+    }
+
+    /// Adds what rank 0 is told besides: terms of power bonds, and what it watches.
+    fn pack_watched(&mut self, job: &Job, tick: u64, all: bool, to: &mut Vec<u8>) {
+        if Self::what(job, false) != What::Values {
+            return;
+        }
+        let mut packer = Packer(to);
+        self.bonds.pack_terms(|unit| job.is_here(unit), |term| packer.real(term));
+        for watch in self.watches.iter().filter(|w| job.is_here(w.member)) {
+            if self.is_watch_due(watch, tick, all) {
+                Cargo::whole(watch.member, &watch.outputs).pack(&watch.outputs, &mut packer);
             }
         }
     }
