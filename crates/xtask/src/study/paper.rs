@@ -287,13 +287,33 @@ fn straight_line(seen: &Seen) -> Result<Rows> {
     Ok(rows)
 }
 
+/// Dips of a speed: the least between two greater ones, at least 3 % below the one before and the one after; the greatest before it and itself, each with its place.
+fn dips(speed: &[f64]) -> Vec<[(f64, usize); 2]> {
+    let mut dips = Vec::new();
+    let (mut top, mut low) = ((0.0, 0), (f64::INFINITY, 0));
+    for (k, &v) in speed.iter().enumerate() {
+        let deep = low.0 < 0.97 * top.0;
+        if !deep && v > top.0 || deep && v > low.0 / 0.97 {
+            if deep {
+                dips.push([top, low]);
+            }
+            (top, low) = ((v, k), (f64::INFINITY, k));
+        } else if v < low.0 {
+            low = (v, k);
+        }
+    }
+    dips
+}
+
 fn obstacle(seen: &Seen) -> Result<Rows> {
     let (x, speed) = (seen.of("chassis.position.x")?, seen.smooth(seen.of("speed")?));
     let mut rows = Rows::new();
     for (wheel, name) in [(1, "front left"), (3, "rear left")] {
         let z = seen.wheel(wheel, "position.z")?;
-        let top = z.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        if let Some((time, k)) = seen.first(|k| z[k] == top) {
+        // Once it stands on the soil.
+        let stands = |k: usize| seen.time()[k] > 0.15;
+        let top = (0..z.len()).filter(|&k| stands(k)).map(|k| z[k]).fold(f64::NEG_INFINITY, f64::max);
+        if let Some((time, k)) = seen.first(|k| z[k] == top && stands(k)) {
             let rest = seen.mean(z, 0.15, 0.3);
             rows.push((
                 format!("{name} wheel highest"),
@@ -307,23 +327,11 @@ fn obstacle(seen: &Seen) -> Result<Rows> {
             ));
         }
     }
-    // A dip: the least speed between two greater ones, at least 3 % below the lesser of them.
-    let mut dips = Vec::new();
-    let (mut top, mut low) = ((0.0, 0), (f64::INFINITY, 0));
-    for (k, &v) in speed.iter().enumerate() {
-        if v > top.0 && low.0.is_infinite() || v > low.0 / 0.97 && low.0 < 0.97 * top.0 {
-            if low.0 < 0.97 * top.0 {
-                dips.push((top, low));
-            }
-            (top, low) = ((v, k), (f64::INFINITY, k));
-        } else if v < low.0 {
-            low = (v, k);
-        }
-    }
+    let dips = dips(&speed);
     let told: Vec<String> = dips
         .iter()
-        .filter(|(top, _)| top.0 > 0.5)
-        .map(|((v, k), (w, j))| {
+        .filter(|[top, _]| top.0 > 0.5)
+        .map(|[(v, k), (w, j)]| {
             format!(
                 "from {v:.2} m/s at x = {:.2} m to {w:.2} m/s at x = {:.2} m, {:.2} s",
                 x[*k],
@@ -339,11 +347,14 @@ fn obstacle(seen: &Seen) -> Result<Rows> {
         let spans = seen.spans(0.015, |k| seen.time()[k] > 0.15 && load[k] < 1.0);
         let told: Vec<String> = spans.iter().map(|[a, b]| format!("{a:.2} to {b:.2} s")).collect();
         let most = load.iter().copied().fold(0.0, f64::max);
+        let later = seen.time().iter().zip(load).filter(|(t, _)| **t > 0.15);
+        let (when, least) =
+            later.fold((0.0, f64::INFINITY), |(t, low), (u, f)| if *f < low { (*u, *f) } else { (t, low) });
         let told = if told.is_empty() { "never".into() } else { told.join(", ") };
         rows.push((
             format!("{name} tire off the ground"),
             "at times",
-            format!("{told}; greatest load {:.1} kN", most / 1e3),
+            format!("{told}; least load {:.2} kN at {when:.2} s, greatest {:.1} kN", least / 1e3, most / 1e3),
         ));
     }
     if let (Some(t), Some(v), Some(d)) = (seen.time().last(), speed.last(), x.last()) {
@@ -394,4 +405,18 @@ fn turn(seen: &Seen) -> Result<Rows> {
     ));
     rows.push(("end".into(), "-", format!("{last:.2} s")));
     Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dip_is_between_two_greater_speeds() {
+        // A ripple of 1 % on the way up is none; one at the end that does not rise again is none.
+        let speed = [2.0, 1.98, 2.1, 2.2, 1.5, 1.0, 1.02, 1.2, 2.0, 1.9, 2.1, 1.8];
+        assert_eq!(dips(&speed), [[(2.2, 3), (1.0, 5)], [(2.0, 8), (1.9, 9)]]);
+        assert!(dips(&[1.0, 2.0, 3.0]).is_empty());
+        assert!(dips(&[]).is_empty());
+    }
 }
