@@ -141,8 +141,8 @@ impl MeshBody {
     pub fn move_to(&mut self, tau: f64) {
         match &self.motion {
             Motion::Free { x0 } => {
-                for k in 0..x0.len() {
-                    self.x[k] = add_scaled(x0[k], tau, self.v[k]);
+                for ((x, x0), v) in self.x.iter_mut().zip(x0).zip(&self.v) {
+                    *x = add_scaled(*x0, tau, *v);
                 }
                 self.center = self.mean();
             }
@@ -158,6 +158,14 @@ impl MeshBody {
                 }
                 self.center = p;
             }
+        }
+    }
+
+    /// Where the vertices of a deforming body will be `tau` s after the last communication point (m); none of a rigid one.
+    pub fn vertices_at(&self, tau: f64) -> Option<impl Iterator<Item = Vec3>> {
+        match &self.motion {
+            Motion::Free { x0 } => Some(x0.iter().zip(&self.v).map(move |(x0, v)| add_scaled(*x0, tau, *v))),
+            Motion::Rigid { .. } => None,
         }
     }
 
@@ -281,8 +289,11 @@ mod tests {
         let mut rigid = MeshBody::rigid(&mesh, state).unwrap();
         let mut free = MeshBody::deforming(&mesh).unwrap();
         free.set_vertices(&rigid.positions().concat(), &rigid.velocities().concat()).unwrap();
+        let before: Vec<Vec3> = free.vertices_at(1e-4).unwrap().collect();
+        assert!(rigid.vertices_at(1e-4).is_none());
         rigid.move_to(1e-4);
         free.move_to(1e-4);
+        assert_eq!(before, free.positions());
         for (a, b) in rigid.positions().iter().zip(free.positions()) {
             assert!(norm(sub(*a, *b)) < 0.5 * 26.0 * 0.11 * 1e-8);
         }

@@ -27,7 +27,7 @@ impl MeshShape {
     pub fn new(mut body: MeshBody) -> Self {
         let mut grid = FacetGrid::default();
         grid.refit(&mut body);
-        let bounds = around(body.positions());
+        let bounds = around(body.positions().iter().copied());
         Self { body, grid, drift: 0.0, bounds }
     }
 
@@ -46,19 +46,24 @@ impl MeshShape {
         Ok(())
     }
 
+    /// The box that a deforming mesh will be in at `t` (s), which it is not moved to.
+    pub fn bounds_at(&self, t: f64) -> Option<[Vec3; 2]> {
+        self.body.vertices_at(t).map(around)
+    }
+
     fn moved(&mut self) {
         self.drift = self.body.drift();
         if self.drift > 0.5 * self.grid.cell_size() {
             self.grid.refit(&mut self.body);
             self.drift = 0.0;
         }
-        self.bounds = around(self.body.positions());
+        self.bounds = around(self.body.positions().iter().copied());
     }
 }
 
 /// The box around points.
-fn around(points: &[Vec3]) -> [Vec3; 2] {
-    points.iter().fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
+fn around(points: impl Iterator<Item = Vec3>) -> [Vec3; 2] {
+    points.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
         [std::array::from_fn(|c| low[c].min(p[c])), std::array::from_fn(|c| high[c].max(p[c]))]
     })
 }

@@ -63,14 +63,12 @@ impl<E: SoilEngine> GranularUnit<E> {
         let mut boxes = vec![Vec::new(); BODIES];
         let mut meshes = vec![0_u32; Team::size(&crew)];
         for (k, body) in self.bodies.iter_mut().enumerate().take(BODIES) {
-            if self.own.slots[k].kind != Kind::Mesh || body.shape.vertices() == 0 {
-                continue;
-            }
+            let mesh = body.shape.as_mesh().filter(|_| self.own.slots[k].kind == Kind::Mesh);
+            let Some(mesh) = mesh else { continue };
             let mut zone = [f64::INFINITY, f64::NEG_INFINITY];
             for i in 0..count {
-                // As the engine does it: the boxes decide about sleep, and about who tells the lead of a body.
-                body.shape.move_to(f64::from(i) * step);
-                let [low, high] = body.shape.bounds();
+                // At the engine's times: the boxes decide about sleep, and about who tells the lead of a body.
+                let Some([low, high]) = mesh.bounds_at(f64::from(i) * step) else { continue };
                 zone = [zone[0].min(low[0]), zone[1].max(high[0])];
                 boxes[k].push([low, high]);
             }
