@@ -25,7 +25,7 @@ pub struct BatchKernel {
 }
 
 impl BatchKernel {
-    /// The kernel for a setup, if there is one; `only` as [`only_material`] tells it of the whole bed.
+    /// The kernel for a setup, if there is one; `only`: the material of all grains of the whole bed, if it is one.
     pub fn of(setup: &Setup, pairs: &PairTable, only: Option<usize>, isa: Isa) -> Option<Self> {
         let covered = setup.law == LawKind::HertzMindlin
             && setup.form == Form::Properties
