@@ -100,7 +100,7 @@ pub fn write(folder: &Path, m: &Measured) -> Result<()> {
         page,
         "## Strong scaling: steps per second, efficiency\n\n| grains | 1 | 2 | 10 | 100 | 1,000 | 10,000 |\n|---|---|---|---|---|---|---|"
     )?;
-    let axes = || (Axis::new("members", "log10"), Axis::new("efficiency", "1"));
+    let axes = || (Axis::new("decimal logarithm of the members", "1"), Axis::new("efficiency", "1"));
     let (x, y) = axes();
     let mut strong = Plot::new("Strong scaling, on paper", x, y);
     for (network, grains) in NETWORKS.iter().flat_map(|n| [1e6, 1e8, 1e9].map(|g| (n, g))) {
