@@ -4,7 +4,7 @@ use super::{GranularUnit, on_slope};
 use crate::config::{BODIES, Terrain};
 use crate::dem::vec3::Vec3;
 use crate::dem::{Body, DemError};
-use crate::dem_p::bodies::{self, Kind};
+use crate::dem_p::bodies::{self, Kind, Slot};
 use crate::dem_p::pieces::{self, Piece};
 use crate::dem_p::team::{Changes, Crew, Order};
 use crate::error::unit_error;
@@ -98,7 +98,11 @@ impl<E: SoilEngine> GranularUnit<E> {
     ) -> Result<(), UnitError> {
         for (k, boxes) in boxes.into_iter().enumerate().filter(|(k, _)| self.own.slots[*k].kind == Kind::Mesh) {
             let (mesh, body) = (&mut self.aside[k], &mut self.bodies[k]);
-            if near & 1 << k == 0 {
+            if boxes.is_empty() {
+                // The tire shows no mesh now; as on the lead it is made anew when it does.
+                (*mesh, *body) = (None, bodies::absent(k));
+                self.triangles[k].clear();
+            } else if near & 1 << k == 0 {
                 let mut away = bodies::away(k, step, boxes);
                 std::mem::swap(body, &mut away);
                 mesh.get_or_insert(away);
@@ -106,8 +110,9 @@ impl<E: SoilEngine> GranularUnit<E> {
                 *body = mesh;
             }
         }
-        let aside: Vec<bool> = self.aside.iter().map(Option::is_some).collect();
-        self.place_bodies_but(v, &aside)
+        let far = |(k, slot): (usize, &Slot)| slot.kind == Kind::Mesh && near & 1 << k == 0;
+        let far: Vec<bool> = self.own.slots.iter().enumerate().map(far).collect();
+        self.place_bodies_but(v, &far)
     }
 
     /// Takes this member's part of the bed that all have whole.
