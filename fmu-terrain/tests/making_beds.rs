@@ -27,6 +27,48 @@ fn shaking_and_pressing_make_a_bed_denser() {
     assert_eq!(shaken.setup().gravity, [0.0, 0.0, -9.81]);
 }
 
+/// Whole and of tiles, laid with less friction a bed lies denser, and has the specification's friction afterwards.
+#[test]
+fn less_friction_while_it_is_laid_makes_a_bed_denser() {
+    let soil =
+        r#""soil": {"radius": {"equal": 0.005}, "friction": 0.6, "rolling_friction": 0.2, "spinning_friction": 0.1}"#;
+    for place in [BOX, r#""length": 0.2, "width": 0.08, "fill": {"count": 900}, "tile": 0.065"#] {
+        let at = |laying: f64| {
+            let (engine, height) = bed(&format!("{{{soil}, \"bed\": {{{place}, \"laying\": {laying}}}}}"));
+            let [own, ..] = engine.setup().materials[..] else { panic!("no material") };
+            assert_eq!([own.friction, own.rolling_friction, own.spinning_friction], [0.6, 0.2, 0.1]);
+            height
+        };
+        let [loose, middle, dense] = [1.0, 0.5, 0.0].map(at);
+        println!("height {loose:.5}, laid with half its friction {middle:.5}, with none {dense:.5} m");
+        assert!(middle < 0.99 * loose && dense < 0.97 * middle, "{loose} {middle} {dense}");
+    }
+}
+
+/// What a bed was laid with matters to its density alone: at a slope between the two frictions it stays where it is.
+#[test]
+fn a_bed_laid_with_less_friction_stands_with_its_own() {
+    let tilted = |laying: f64, friction: f64| {
+        let soil =
+            format!(r#""soil": {{"radius": {{"equal": 0.005}}, "friction": {friction}, "rolling_friction": 0.2}}"#);
+        let (mut engine, _) = bed(&format!(
+            "{{{soil}, \"bed\": {{\"length\": 0.12, \"width\": 0.1, \"fill\": {{\"count\": 700}}, \"laying\": {laying}}}}}"
+        ));
+        let before: Vec<f64> = engine.state().by_id().iter().map(|&i| engine.state().rows[i as usize][1]).collect();
+        let (sin, cos) = 15_f64.to_radians().sin_cos();
+        engine.set_gravity([0.0, -9.81 * sin, -9.81 * cos]);
+        let steps = (0.3 / engine.setup().step) as u32;
+        engine.advance(steps, &mut []).unwrap();
+        let after = engine.state().by_id().iter().map(|&i| engine.state().rows[i as usize][1]).collect::<Vec<_>>();
+        before.iter().zip(&after).map(|(a, b)| (a - b).abs()).sum::<f64>() / before.len() as f64
+    };
+    let (own, smooth) = (tilted(0.1, 0.6), tilted(1.0, 0.06));
+    println!(
+        "mean way along the slope: laid with a tenth of its friction {own:.2e}, always with so little {smooth:.2e} m"
+    );
+    assert!(own < 0.1 * smooth && smooth > 5e-4, "{own} {smooth}");
+}
+
 #[test]
 fn species_have_their_own_material_and_a_mixture_settles() {
     let (engine, height) = bed(&format!(
@@ -48,11 +90,15 @@ fn species_have_their_own_material_and_a_mixture_settles() {
 fn faults_of_mixtures_and_compaction_are_named() {
     let text = r#"{"soil": {"radius": {"normal": {"mean": 0.01, "deviation": 0.001, "least": 0.004, "greatest": 0.006}},
         "species": [{"share": 1.5, "radius": {"list": []}, "density": 2500}]},
-        "bed": {"compaction": [{"press": {"pressure": -1, "time": 0.1}}]}}"#;
+        "bed": {"laying": 1.5, "compaction": [{"press": {"pressure": -1, "time": 0.1}}]}}"#;
     let e = serde_json::from_str::<Terrain>(text).unwrap().check("test").unwrap_err().to_string();
-    for path in
-        ["soil.radius.normal.mean", "species[0].share", "species[0].radius.list", "compaction[0].press.pressure"]
-    {
+    for path in [
+        "soil.radius.normal.mean",
+        "species[0].share",
+        "species[0].radius.list",
+        "compaction[0].press.pressure",
+        "bed.laying",
+    ] {
         assert!(e.contains(path), "{path} not in {e}");
     }
 }

@@ -17,7 +17,7 @@ const H: f64 = 5e-4;
 /// A long bed, soil that sleeps, and a ball that is free to move beyond the middle.
 const SPECIFICATION: &str = r#"{
     "soil": {"radius": {"uniform": {"least": 0.0055, "greatest": 0.0065}}, "rolling_friction": 0.1, "adhesion": {"pressure": 500.0}},
-    "bed": {"length": 0.6, "width": 0.12, "fill": {"depth": 0.04}},
+    "bed": {"length": 0.6, "width": 0.12, "fill": {"depth": 0.04}, "laying": 0.8},
     "obstacles": [{"shape": {"sphere": {"radius": 0.025}}, "mass": 0.2, "position": [0.06, 0.0]}],
     "dem_p": {"sleep": {"distance": 0.15}}
 }"#;

@@ -1,7 +1,7 @@
 //! A wheel in real sand: the single-wheel experiments of `tests/reference/cmu_single_wheel.csv`, calibrated on three rows and predicted
 //! on all.
 //!
-//! `cargo run --release -p fmu-terrain --example cmu -- --data CSV --results FILE [--threads N] [--only PREFIX]`. Every figure is a line of
+//! `cargo run --release -p fmu-terrain --example cmu -- --data CSV --results FILE [--threads N] [--only PREFIX]`. N runs go side by side, of one thread each. Every figure is a line of
 //! JSON with a key in FILE; a key that is there is not computed again, so the study may be stopped and gone on with at any time.
 //! `cargo xtask validate cmu` runs it and writes `docs/validation/cmu.md`.
 //!
@@ -17,7 +17,7 @@ mod wheel;
 
 use sand::{REPOSE, Sand};
 use serde_json::json;
-use store::Store;
+use store::{Job, Store};
 use wheel::{Bed, Row, Run, drive};
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
@@ -26,10 +26,10 @@ type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
 /// grains' density is that of quartz. With 0.3 the angle is not reached; with 0.65 and 0.8 the fractions are 0.50 and 0.46, the grains too heavy.
 const FRICTIONS: [f64; 1] = [0.5];
 /// Wheel frictions that are tried.
-const WHEELS: [f64; 2] = [0.5, 0.4];
+const WHEELS: [f64; 3] = [0.5, 0.4, 0.3];
 /// Factors on the frictions between grains while the bed is laid. Poured with all of them it lies so loose that the wheel sinks in twice as
 /// far as measured (28 mm for 15 at slip -0.2), with 0.4 of them a third (6 mm).
-const LAYINGS: [f64; 2] = [0.7, 0.8];
+const LAYINGS: [f64; 3] = [0.7, 0.8, 0.85];
 /// Mean radius of the grains of the table (m): the wheel is five grains wide.
 const RADIUS: f64 = 0.005;
 
@@ -59,19 +59,20 @@ fn main() -> Outcome<()> {
     }
     let bed = Bed::default();
     let calibration: Vec<&Row> = [-0.2, 0.231, 0.5].iter().filter_map(|s| Row::find(&rows, 0.0, *s)).collect();
+    let trials: Vec<Sand> = sands.iter().flat_map(|sand| WHEELS.map(|wheel| Sand { wheel, ..*sand })).collect();
+    let key = |sand: &Sand, row: &Row| {
+        format!("calibrate {} {} {} {} {}", sand.friction, sand.laying, sand.wheel, row.angle, row.slip)
+    };
+    let jobs = trials.iter().flat_map(|&sand| {
+        calibration.iter().map(move |&row| job(key(&sand, row), Run { row, sand, bed, ..Run::default() }))
+    });
+    store.fill(jobs.collect(), threads)?;
     let mut best: Option<(f64, Sand)> = None;
-    for sand in &sands {
-        for wheel in WHEELS {
-            let sand = Sand { wheel, ..*sand };
-            let mut error = Some(0.0);
-            for row in &calibration {
-                let key = format!("calibrate {} {} {wheel} {} {}", sand.friction, sand.laying, row.angle, row.slip);
-                let made = store.get(&key, || drive(&Run { row, sand, bed, ..Run::default() }, threads))?;
-                error = error.zip(made).map(|(e, m)| e + row.error(&m));
-            }
-            if let Some(error) = error.filter(|e| best.is_none_or(|(b, _)| *e < b)) {
-                best = Some((error, sand));
-            }
+    for sand in trials {
+        let errors = calibration.iter().map(|row| store.known(&key(&sand, row)).map(|made| row.error(made)));
+        let error = errors.sum::<Option<f64>>();
+        if let Some(error) = error.filter(|e| best.is_none_or(|(b, _)| *e < b)) {
+            best = Some((error, sand));
         }
     }
     let Some((error, sand)) = best else { return Ok(()) };
@@ -85,18 +86,22 @@ fn main() -> Outcome<()> {
     order.sort_by(|a, b| a.cost().total_cmp(&b.cost()).then(a.angle.total_cmp(&b.angle)));
     let base = Run { row: order[0], sand, bed, ..Run::default() };
     let (cheap, dear): (Vec<&Row>, Vec<&Row>) = order.into_iter().partition(|r| r.cost() < 3.0);
-    for row in cheap {
-        store.get(&format!("row {} {}", row.angle, row.slip), || drive(&Run { row, ..base }, threads))?;
-    }
-    converge(&base, &rows, &mut store, threads)?;
-    for row in dear {
-        store.get(&format!("row {} {}", row.angle, row.slip), || drive(&Run { row, ..base }, threads))?;
-    }
-    Ok(())
+    store.fill(predict(&base, cheap), threads)?;
+    store.fill(converge(&base, &rows), threads)?;
+    store.fill(predict(&base, dear), threads)
+}
+
+fn predict<'a>(base: &Run<'a>, rows: Vec<&'a Row>) -> Vec<Job<'a>> {
+    rows.into_iter().map(|row| job(format!("row {} {}", row.angle, row.slip), Run { row, ..*base })).collect()
+}
+
+fn job(key: String, run: Run) -> Job {
+    (key, Box::new(move || drive(&run).map_err(|e| e.to_string())))
 }
 
 /// What the choices of a row's computation do to it, at slip angle 0.
-fn converge(base: &Run, rows: &[Row], store: &mut Store, threads: usize) -> Outcome<()> {
+fn converge<'a>(base: &Run<'a>, rows: &'a [Row]) -> Vec<Job<'a>> {
+    let mut jobs = Vec::new();
     for slip in [0.231, -0.2] {
         let Some(row) = Row::find(rows, 0.0, slip) else { continue };
         let base = Run { row, ..*base };
@@ -121,9 +126,7 @@ fn converge(base: &Run, rows: &[Row], store: &mut Store, threads: usize) -> Outc
         if slip > 0.0 {
             all.push(("radius 3.2 mm".to_string(), sized(0.0032)));
         }
-        for (name, run) in all {
-            store.get(&format!("converge {slip} {name}"), || drive(&run, threads))?;
-        }
+        jobs.extend(all.into_iter().map(|(name, run)| job(format!("converge {slip} {name}"), run)));
     }
-    Ok(())
+    jobs
 }

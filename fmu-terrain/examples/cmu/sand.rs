@@ -30,11 +30,6 @@ pub struct Sand {
 }
 
 impl Sand {
-    /// As it is laid.
-    pub fn laid(&self) -> Self {
-        Self { friction: self.laying * self.friction, rolling: self.laying * self.rolling, ..*self }
-    }
-
     /// As a specification, without a bed.
     pub fn specification(&self, modulus: f64) -> Value {
         json!({
@@ -45,6 +40,7 @@ impl Sand {
                 "rolling_friction": self.rolling, "spinning_friction": 0.5 * self.rolling,
             },
             "bodies": {"surface": {"friction": self.wheel, "restitution": 0.2, "young_modulus": modulus}},
+            "bed": {"laying": self.laying},
             "dem_p": {"expected_overlap": 0.08},
         })
     }
@@ -81,7 +77,7 @@ pub fn with_repose(friction: f64, radius: f64, threads: usize, store: &mut Store
 pub fn laid(sand: &Sand, laying: f64, threads: usize, store: &mut Store) -> Outcome<Option<Sand>> {
     let sand = Sand { laying, ..*sand };
     let made = store.get(&format!("packing {} {} {laying}", sand.friction, sand.rolling), || {
-        let spec: Terrain = serde_json::from_value(sand.laid().specification(2e6))?;
+        let spec: Terrain = serde_json::from_value(sand.specification(2e6))?;
         let (_, fraction) = packing(&Soil::new(&spec), threads, &mut |_, _| true)?;
         Ok(json!({"fraction": fraction, "friction": sand.friction, "rolling": sand.rolling, "laying": laying}))
     })?;

@@ -331,6 +331,7 @@ impl Terrain {
                 PlacingOf::PoissonDisk => dem::Placing::PoissonDisk,
             },
             others: self.soil.species.iter().enumerate().map(|(k, s)| self.species(k, s)).collect(),
+            laying: b.laying,
             compaction: b.compaction.iter().map(compaction).collect(),
             tile: b.tile,
         }

@@ -286,6 +286,10 @@ pub struct Bed {
     pub spacing: f64,
     /// How grains are placed before they fall.
     pub placing: PlacingOf,
+    /// Factor on all friction (sliding, rolling, spinning) while the bed is poured, 0 to 1 (1). The smaller, the denser the bed; its grains have the
+    /// specification's friction from then on. Find it by the bulk density that `terramech soil` prints.
+    #[serde(skip_serializing_if = "is_one")]
+    pub laying: f64,
     /// What is done to the settled bed, one after the other; it settles again after each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub compaction: Vec<CompactionOf>,
@@ -315,6 +319,12 @@ pub struct Bed {
     pub platform: Option<Platform>,
 }
 
+/// Whether a factor need not be written.
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde hands a reference.
+fn is_one(x: &f64) -> bool {
+    *x == 1.0
+}
+
 impl Default for Bed {
     fn default() -> Self {
         Self {
@@ -324,6 +334,7 @@ impl Default for Bed {
             seed: 1,
             spacing: 1.05,
             placing: PlacingOf::Grid,
+            laying: 1.0,
             compaction: Vec::new(),
             tile: None,
             follow: None,
@@ -530,6 +541,7 @@ impl Bed {
             }
         }
         f.within("bed.spacing", self.spacing, 1.0, 10.0);
+        f.within("bed.laying", self.laying, 0.0, 1.0);
         for (k, what) in self.compaction.iter().enumerate() {
             let at = |name: &str| format!("bed.compaction[{k}].{name}");
             match what {

@@ -97,6 +97,23 @@ impl Default for Setup {
     }
 }
 
+impl Setup {
+    /// The same with this factor on all friction: sliding, rolling, spinning.
+    pub fn with_friction(&self, factor: f64) -> Self {
+        let mut setup = self.clone();
+        let of_materials = setup
+            .materials
+            .iter_mut()
+            .flat_map(|m| [&mut m.friction, &mut m.rolling_friction, &mut m.spinning_friction]);
+        let of_pairs = setup
+            .overrides
+            .iter_mut()
+            .flat_map(|o| [&mut o.friction, &mut o.rolling_friction, &mut o.spinning_friction]);
+        of_materials.chain(of_pairs.flatten()).for_each(|x| *x *= factor);
+        setup
+    }
+}
+
 /// An engine that moves grains: this one, or later one that spreads over processes or runs on a GPU.
 ///
 /// # Protocol
@@ -115,6 +132,11 @@ pub trait GrainEngine: Send {
     fn state(&self) -> &DemState;
     /// Takes a state back.
     fn restore(&mut self, state: DemState);
+    /// Changes the setup; contacts keep what they remember.
+    ///
+    /// # Errors
+    /// Values outside their ranges, a step above the critical one.
+    fn take_setup(&mut self, setup: Setup) -> Result<(), DemError>;
     /// Sets the factor on all adhesion, 0 to 1.
     fn scale_adhesion(&mut self, factor: f64);
     /// Lets all adhesion act at once without a grain moving: the overlap of every contact counts from an offset at which it carries
@@ -423,6 +445,10 @@ impl GrainEngine for CpuEngine {
             self.know_whole(&state);
         }
         self.state = state;
+    }
+
+    fn take_setup(&mut self, setup: Setup) -> Result<(), DemError> {
+        self.set_setup(setup)
     }
 
     fn scale_adhesion(&mut self, factor: f64) {

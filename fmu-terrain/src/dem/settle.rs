@@ -107,7 +107,7 @@ pub enum Onset {
     Offset,
 }
 
-/// A bed to be made: place, settle, level, compact, let cohesion grow, settle again.
+/// A bed to be made: place, settle, level, give it its friction, compact, let cohesion grow, settle again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recipe {
     /// What to place.
@@ -120,6 +120,9 @@ pub struct Recipe {
     pub placing: Placing,
     /// Other species mixed in.
     pub others: Vec<Species>,
+    /// Factor on all friction (sliding, rolling, spinning) while the bed is poured, 0 to 1. It decides how densely it lies: what grains slide
+    /// past each other by. From then on they have what the setup says.
+    pub laying: f64,
     /// What is done to the settled bed, one after the other.
     pub compaction: Vec<Compaction>,
     /// Length of the tiles that the bed is laid of (m); none: it is settled whole.
@@ -130,7 +133,7 @@ impl Recipe {
     /// On a grid, of one species, as it settles.
     pub fn new(sample: Sample, settle: Settle, cohesion_time: f64) -> Self {
         let (placing, cohesion) = (Placing::default(), Onset::Growth(cohesion_time));
-        Self { sample, settle, cohesion, placing, others: Vec::new(), compaction: Vec::new(), tile: None }
+        Self { sample, settle, cohesion, placing, others: Vec::new(), laying: 1.0, compaction: Vec::new(), tile: None }
     }
 }
 
@@ -178,18 +181,35 @@ pub fn prepare_with<E: GrainEngine>(
 ) -> Result<(E, BedReport), DemError> {
     let s = &recipe.sample;
     let grains = sample_mixed(s, recipe.placing, &recipe.others)?;
-    let mut engine = new(&grains)?;
-    engine.scale_adhesion(0.0);
+    if !(0.0..=1.0).contains(&recipe.laying) {
+        return Err(DemError::parameter("factor on friction while the bed is laid", recipe.laying, "0 to 1"));
+    }
+    let mut own = None;
+    let mut pour = |grains: &[Grain]| {
+        let mut engine = new(grains)?;
+        engine.scale_adhesion(0.0);
+        if recipe.laying < 1.0 {
+            let setup = engine.setup().clone();
+            engine.take_setup(setup.with_friction(recipe.laying))?;
+            own = Some(setup);
+        }
+        Ok::<E, DemError>(engine)
+    };
+    let mut engine = pour(&grains)?;
     let mut done = settle(&mut engine, &recipe.settle, "settling", progress)?;
     let mut time = done.time;
     if let Fill::Depth(depth) = s.fill {
         let kept = level(&engine, &grains, depth);
         if kept.len() < grains.len() {
-            engine = new(&kept)?;
-            engine.scale_adhesion(0.0);
+            engine = pour(&kept)?;
             done = settle(&mut engine, &recipe.settle, "settling the levelled bed", progress)?;
             time += done.time;
         }
+    }
+    if let Some(setup) = own {
+        engine.take_setup(setup)?;
+        done = settle(&mut engine, &recipe.settle, "settling with its friction", progress)?;
+        time += done.time;
     }
     for what in &recipe.compaction {
         compact(&mut engine, what, [s.length, s.width], progress)?;

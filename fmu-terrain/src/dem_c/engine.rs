@@ -541,6 +541,11 @@ impl GrainEngine for ConeEngine {
         self.setup.gravity = gravity;
     }
 
+    fn take_setup(&mut self, setup: Setup) -> Result<(), DemError> {
+        self.set_setup(setup);
+        Ok(())
+    }
+
     fn scale_adhesion(&mut self, factor: f64) {
         self.state.adhesion_scale = factor;
     }

@@ -32,7 +32,8 @@ pub fn validate() -> Result<()> {
     if std::env::var("TERRAMECH_CMU").as_deref() != Ok("page") {
         run(&mut cargo(["build", "--release", "--quiet", "-p", "fmu-terrain", "--example", "cmu"]))?;
         let mut command = Command::new(target().join("release/examples/cmu"));
-        command.arg("--data").arg(&data).arg("--results").arg(&results);
+        let threads = std::thread::available_parallelism().map_or(1, usize::from).to_string();
+        command.arg("--data").arg(&data).arg("--results").arg(&results).args(["--threads", &threads]);
         run(&mut command)?;
     }
     page(&folder, &data, &results)

@@ -36,6 +36,10 @@ impl GrainEngine for Together {
         self.whole.take();
         self.engine.restore(state);
     }
+    fn take_setup(&mut self, setup: Setup) -> Result<(), DemError> {
+        self.whole.take();
+        self.engine.take_setup(setup)
+    }
     fn scale_adhesion(&mut self, factor: f64) {
         self.whole.take();
         self.engine.scale_adhesion(factor);
