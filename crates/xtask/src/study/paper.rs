@@ -9,6 +9,7 @@ use anyhow::{Context, Result, bail};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use terramech_results::report::{Axis, Plot, Style};
 use terramech_results::{CsvTable, ExitState, Manifest};
 
 /// Rows: what it is, what the publication says, what came out.
@@ -101,6 +102,9 @@ fn passes(folder: Option<&Path>, docs: &Path) -> Result<()> {
         "# multi-pass, published size\n\nWritten by `cargo xtask study multi-pass --paper`: `examples/multi-pass/paper.ssd` (tire of 90 x 24 layered shells, 5 kN, 2 m/s, slip 0.2; bed of 10 x 0.6 m, grains of \
          6 mm, 80 kPa), one bed, means from 1 to {STOP} s. Sinkage counts from the untouched bed.\n\n| pass | sinkage (mm) | increment (mm) | drawbar pull (N) | wheel torque (N m) | wall time |\n|---|---|---|---|---|---|\n"
     );
+    let axes = |y: &str, unit: &str| (Axis::new("position of the carriage", "m"), Axis::new(y, unit));
+    let ((x1, y1), (x2, y2)) = (axes("sinkage", "m"), axes("drawbar pull", "N"));
+    let mut plots = [Plot::new("Sinkage, pass by pass", x1, y1), Plot::new("Drawbar pull, pass by pass", x2, y2)];
     let mut before = 0.0;
     for pass in 1..=3 {
         let run = place.join(format!("pass{pass}"));
@@ -115,11 +119,14 @@ fn passes(folder: Option<&Path>, docs: &Path) -> Result<()> {
         }
         let csv = CsvTable::read(run.join("results.csv"))?;
         let seen = Seen { csv: &csv };
-        let mean = |name: &str| -> Result<f64> {
+        let of = |name: &str| -> Result<&[f64]> {
             let name = format!("rig.{name}");
-            let values = csv.numbers(&name).with_context(|| format!("results.csv has no column '{name}'"))?;
-            Ok(seen.mean(values, 1.0, f64::INFINITY))
+            csv.numbers(&name).with_context(|| format!("results.csv has no column '{name}'"))
         };
+        let mean = |name: &str| -> Result<f64> { Ok(seen.mean(of(name)?, 1.0, f64::INFINITY)) };
+        for (plot, name) in plots.iter_mut().zip(["sinkage_filtered", "drawbar_pull_filtered"]) {
+            *plot = plot.clone().with(format!("pass {pass}"), of("carrier.position")?, of(name)?, Style::Line);
+        }
         let sinkage = 1e3 * mean("sinkage")?;
         let manifest = Manifest::read(run.join("manifest.json"))?;
         writeln!(
@@ -131,6 +138,11 @@ fn passes(folder: Option<&Path>, docs: &Path) -> Result<()> {
             hours(manifest.wall_seconds)
         )?;
         before = sinkage;
+    }
+    for (plot, name) in plots.iter().zip(["sinkage", "pull"]) {
+        let file = format!("paper-multi-pass-{name}.svg");
+        write(&docs.join(&file), plot.svg().as_bytes())?;
+        writeln!(text, "\n![{}]({file})", plot.title)?;
     }
     write(&docs.join("paper-multi-pass.md"), text.as_bytes())
 }
