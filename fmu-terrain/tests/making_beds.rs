@@ -1,7 +1,8 @@
 //! Beds of a specification: distributions, species, ways of placing, compaction.
 
 use fmu_terrain::config::Terrain;
-use fmu_terrain::dem::{CpuEngine, GrainEngine, Surface, prepare};
+use fmu_terrain::dem::{CpuEngine, Grain, GrainEngine, Setup, Surface, prepare, prepare_with};
+use fmu_terrain::dem_c::{ConeEngine, ConeSetup};
 
 fn bed(text: &str) -> (CpuEngine, f64) {
     let spec: Terrain = serde_json::from_str(text).unwrap();
@@ -43,6 +44,26 @@ fn less_friction_while_it_is_laid_makes_a_bed_denser() {
         println!("height {loose:.5}, laid with half its friction {middle:.5}, with none {dense:.5} m");
         assert!(middle < 0.99 * loose && dense < 0.97 * middle, "{loose} {middle} {dense}");
     }
+}
+
+/// The same with complementarity contacts: rolling resistance, which lists have room for only where it acts, comes back too.
+#[test]
+fn less_friction_while_it_is_laid_makes_a_bed_of_dem_c_denser() {
+    let at = |laying: f64| {
+        let text = format!(
+            r#"{{"soil": {{"radius": {{"equal": 0.005}}, "friction": 0.6, "rolling_friction": 0.2}}, "bed": {{{BOX}, "laying": {laying}}}}}"#
+        );
+        let spec: Terrain = serde_json::from_str(&text).unwrap();
+        let setup = Setup { step: 2e-4, ..spec.setup(&[]) };
+        let new = |grains: &[Grain]| ConeEngine::new(setup.clone(), ConeSetup::default(), grains, 1);
+        let (engine, report) = prepare_with(new, false, &spec.recipe(), &mut |_, _| true).unwrap();
+        let own = engine.setup().materials[0];
+        assert_eq!([own.friction, own.rolling_friction], [0.6, 0.2]);
+        report.height
+    };
+    let [loose, dense] = [1.0, 0.0].map(at);
+    println!("DEM-C: height {loose:.5}, laid without friction {dense:.5} m");
+    assert!(dense < 0.95 * loose, "{loose} {dense}");
 }
 
 /// What a bed was laid with matters to its density alone: at a slope between the two frictions it stays where it is.
