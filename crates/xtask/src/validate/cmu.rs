@@ -214,5 +214,37 @@ fn convergence(page: &mut String, made: &BTreeMap<String, Value>) -> Result<()> 
         )?;
     }
     page.push('\n');
+    for slip in ["0.231", "-0.2"] {
+        let Some(base) = made.get(&format!("row 0 {slip}")) else { continue };
+        let of = |name: String| made.get(&format!("converge {slip} {name}"));
+        let beds: Vec<&Value> = (2..=5).filter_map(|k| of(format!("seed {k}"))).chain([base]).collect();
+        let mut sizes: Vec<(f64, &Value)> =
+            [6.25, 4.0, 3.2].into_iter().filter_map(|r| Some((r, of(format!("radius {r} mm"))?))).collect();
+        sizes.push((5.0, base));
+        if beds.len() < 5 || sizes.len() < 3 {
+            continue;
+        }
+        write!(page, "Slip {slip}:")?;
+        for (name, what, scale) in [("fx", "pull (N)", 1.0), ("sinkage", "sinkage (mm)", 1e3)] {
+            let n = beds.len() as f64;
+            let mean = beds.iter().map(|v| number(v, name)).sum::<f64>() / n;
+            let deviation = (beds.iter().map(|v| (number(v, name) - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+            // The line of least squares over the radius, at radius 0.
+            let count = sizes.len() as f64;
+            let (x, y) = sizes.iter().fold((0.0, 0.0), |(x, y), (r, v)| (x + r / count, y + number(v, name) / count));
+            let (xx, xy) = sizes
+                .iter()
+                .fold((0.0, 0.0), |(xx, xy), (r, v)| (xx + (r - x).powi(2), xy + (r - x) * (number(v, name) - y)));
+            write!(
+                page,
+                " {what} of five beds {:.2}, deviation {:.2}; by a line over {} radii, at radius 0: {:.2}.",
+                scale * mean,
+                scale * deviation,
+                sizes.len(),
+                scale * (y - xy / xx * x)
+            )?;
+        }
+        page.push_str("\n\n");
+    }
     Ok(())
 }
