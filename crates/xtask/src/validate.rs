@@ -92,7 +92,7 @@ const PARTS: &[Part] = &[
 /// # Errors
 /// An unknown name, or a case that fails.
 pub fn validate(name: Option<&str>) -> Result<()> {
-    // Hours: only when asked for.
+    // An hour: only when asked for.
     if name == Some("cmu") {
         return cmu::validate();
     }

@@ -102,6 +102,19 @@ fn job(key: String, run: Run) -> Job {
 /// What the choices of a row's computation do to it, at slip angle 0.
 fn converge<'a>(base: &Run<'a>, rows: &'a [Row]) -> Vec<Job<'a>> {
     let mut jobs = Vec::new();
+    // The locked wheel, which ploughs: whether it is the box that it pushes against.
+    if let Some(row) = Row::find(rows, 0.0, -1.0) {
+        let locked = Run { row, ..*base };
+        let with = |bed: Bed, way: f64| Run { bed, way, ..locked };
+        let bed = locked.bed;
+        for (name, run) in [
+            ("way 280 mm", with(Bed { length: bed.length + 0.14, ..bed }, 0.28)),
+            ("depth 130 mm", with(Bed { depth: 0.13, ..bed }, locked.way)),
+            ("width 280 mm", with(Bed { width: 0.28, ..bed }, locked.way)),
+        ] {
+            jobs.push(job(format!("converge -1 {name}"), run));
+        }
+    }
     for slip in [0.231, -0.2] {
         let Some(row) = Row::find(rows, 0.0, slip) else { continue };
         let base = Run { row, ..*base };
@@ -117,6 +130,7 @@ fn converge<'a>(base: &Run<'a>, rows: &'a [Row]) -> Vec<Job<'a>> {
             ("depth 130 mm".to_string(), with(Bed { depth: 0.13, ..bed })),
             ("width 140 mm".to_string(), with(Bed { width: 0.14, ..bed })),
             ("width 280 mm".to_string(), with(Bed { width: 0.28, ..bed })),
+            ("way 280 mm".to_string(), Run { way: 0.28, ..with(Bed { length: bed.length + 0.14, ..bed }) }),
             ("half the step".to_string(), Run { step: 0.5, ..base }),
             ("half the speed".to_string(), Run { speed: 0.5, ..base }),
             ("modulus 2e7 Pa".to_string(), Run { modulus: 2e7, ..base }),

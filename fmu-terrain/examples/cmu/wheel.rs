@@ -18,7 +18,7 @@ const CARRIAGE: f64 = 0.01;
 /// Greatest (omega R)^2/(g R), or v^2/(g R), of a scaled run.
 const FROUDE: f64 = 0.01;
 const G: f64 = 9.81;
-/// Way of the carriage (m); means are over its last third.
+/// Way of the carriage in the table (m).
 const WAY: f64 = 0.14;
 
 /// A row of the file.
@@ -114,6 +114,8 @@ pub struct Run<'a> {
     pub speed: f64,
     /// Young's modulus of the grains (Pa).
     pub modulus: f64,
+    /// Way of the carriage (m); means are over its last third.
+    pub way: f64,
 }
 
 const NOTHING: Row = Row { angle: 0.0, slip: 0.0, fx: [0.0; 2], load: 0.0, sinkage: 0.0 };
@@ -121,7 +123,7 @@ const NOTHING: Row = Row { angle: 0.0, slip: 0.0, fx: [0.0; 2], load: 0.0, sinka
 impl Default for Run<'_> {
     fn default() -> Self {
         let sand = Sand { radius: 0.0, friction: 0.0, rolling: 0.0, density: 0.0, wheel: 0.0, laying: 1.0 };
-        Self { row: &NOTHING, sand, bed: Bed::default(), step: 1.0, speed: 1.0, modulus: 5e6 }
+        Self { row: &NOTHING, sand, bed: Bed::default(), step: 1.0, speed: 1.0, modulus: 5e6, way: WAY }
     }
 }
 
@@ -152,7 +154,7 @@ pub fn drive(run: &Run) -> Outcome<Value> {
     let (mut t, mut way) = (0.0_f64, 0.0_f64);
     let mut sums = [0.0; 6];
     let mut parts = [[0.0; 4]; 2];
-    while way < WAY {
+    while way < run.way {
         let share = ((t - rest) / ramp).clamp(0.0, 1.0);
         let (v, omega) = (share * speed, share * speed * rim / radius);
         let axis = [-sin, cos, 0.0];
@@ -167,9 +169,9 @@ pub fn drive(run: &Run) -> Outcome<Value> {
         t += dt;
         let (load, damping) = (row.load * (t / rest).min(1.0), if share > 0.0 { 30.0 } else { 300.0 });
         vz += dt * ((f[2] - load) / mass - damping / mass * vz);
-        if way > WAY * 2.0 / 3.0 {
+        if way > run.way * 2.0 / 3.0 {
             let frame = [f[0] * cos + f[1] * sin, -f[0] * sin + f[1] * cos, f[2], height + radius - z];
-            let half = &mut parts[usize::from(way > WAY * 5.0 / 6.0)];
+            let half = &mut parts[usize::from(way > run.way * 5.0 / 6.0)];
             for (k, value) in frame.into_iter().enumerate() {
                 sums[k] += value;
                 half[k] += value;
