@@ -6,6 +6,7 @@ mod mpi;
 mod pack;
 mod process;
 mod soil;
+mod statistics;
 mod study;
 mod systems;
 mod test;

@@ -10,6 +10,7 @@ mod ruts;
 
 use crate::pack;
 use crate::process::{fmus, root, run, target};
+use crate::statistics::mean_and_error;
 use anyhow::{Context, Result, bail};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -170,14 +171,6 @@ fn one_bed(cohesion: f64, young_modulus: f64, seed: u64) -> Result<Passes> {
         }
     }
     Ok(found)
-}
-
-/// Mean and standard error of the mean.
-fn mean_and_error(values: &[f64]) -> [f64; 2] {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    [mean, (squares / (n - 1.0) / n).sqrt()]
 }
 
 /// A headline result by its name.

@@ -2,6 +2,7 @@
 
 use super::{out, terramech_at, write};
 use crate::process::root;
+use crate::statistics::mean_and_error;
 use anyhow::{Context, Result};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -179,14 +180,6 @@ fn rest(level: &CsvTable, rows: &mut Vec<Row>) -> Result<()> {
     Ok(())
 }
 
-/// Mean and the square of its standard error.
-fn mean_of(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-    (mean, variance / n)
-}
-
 /// Case 9.6: the cylinder under the right wheels instead of the left ones, against the scatter of beds. Beds poured from a grid of a few layers
 /// keep some of its order, which is the same for every seed and no mirror image of itself: these are poured at random.
 fn mirrored(rows: &mut Vec<Row>) -> Result<()> {
@@ -221,9 +214,9 @@ fn mirrored(rows: &mut Vec<Row>) -> Result<()> {
     for (k, (name, unit)) in
         [("largest roll", "rad"), ("least speed", "m/s"), ("greatest load on the cylinder", "N")].iter().enumerate()
     {
-        let [(left, a), (right, b)] =
-            [&left, &right].map(|runs| mean_of(&runs.iter().map(|f| f[k]).collect::<Vec<_>>()));
-        let limit = 3.0 * (a + b).sqrt();
+        let [[left, a], [right, b]] =
+            [&left, &right].map(|runs| mean_and_error(&runs.iter().map(|f| f[k]).collect::<Vec<_>>()));
+        let limit = 3.0 * a.hypot(b);
         rows.push(Row {
             case: "9.6",
             what: format!("obstacle mirrored: {name} ({unit}), means of {} beds", SEEDS.len()),

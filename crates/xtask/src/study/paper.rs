@@ -92,11 +92,11 @@ fn reach(folder: &Path, name: &str, more: &[String]) -> Result<()> {
 /// Three passes of the rig over one bed, each from the bed that the one before left. Means over the last 0.6 s, in which the wheel rolls 1.2 m.
 fn passes(folder: Option<&Path>, docs: &Path) -> Result<()> {
     const STOP: &str = "1.6";
+    let place = folder.map_or_else(|| out("paper-multi-pass"), Path::to_owned);
     if folder.is_none() {
         pack::pack()?;
+        std::fs::create_dir_all(&place).with_context(|| format!("cannot make {}", place.display()))?;
     }
-    let place = folder.map_or_else(|| out("paper-multi-pass"), Path::to_owned);
-    std::fs::create_dir_all(&place).with_context(|| format!("cannot make {}", place.display()))?;
     let bed = |pass: usize| place.join(format!("{pass}.bed")).display().to_string();
     let mut text = format!(
         "# multi-pass, published size\n\nWritten by `cargo xtask study multi-pass --paper`: `examples/multi-pass/paper.ssd` (tire of 90 x 24 layered shells, 5 kN, 2 m/s, slip 0.2; bed of 10 x 0.6 m, grains of \

@@ -3,6 +3,7 @@
 //! writes the page alone.
 
 use crate::process::{cargo, root, run, target};
+use crate::statistics::{at_zero, mean_and_deviation};
 use anyhow::{Context, Result};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -226,22 +227,16 @@ fn convergence(page: &mut String, made: &BTreeMap<String, Value>) -> Result<()> 
         }
         write!(page, "Slip {slip}:")?;
         for (name, what, scale) in [("fx", "pull (N)", 1.0), ("sinkage", "sinkage (mm)", 1e3)] {
-            let n = beds.len() as f64;
-            let mean = beds.iter().map(|v| number(v, name)).sum::<f64>() / n;
-            let deviation = (beds.iter().map(|v| (number(v, name) - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-            // The line of least squares over the radius, at radius 0.
-            let count = sizes.len() as f64;
-            let (x, y) = sizes.iter().fold((0.0, 0.0), |(x, y), (r, v)| (x + r / count, y + number(v, name) / count));
-            let (xx, xy) = sizes
-                .iter()
-                .fold((0.0, 0.0), |(xx, xy), (r, v)| (xx + (r - x).powi(2), xy + (r - x) * (number(v, name) - y)));
+            let of_beds: Vec<f64> = beds.iter().map(|v| number(v, name)).collect();
+            let [mean, deviation] = mean_and_deviation(&of_beds);
+            let of_sizes: Vec<(f64, f64)> = sizes.iter().map(|(r, v)| (*r, number(v, name))).collect();
             write!(
                 page,
                 " {what} of five beds {:.2}, deviation {:.2}; by a line over {} radii, at radius 0: {:.2}.",
                 scale * mean,
                 scale * deviation,
                 sizes.len(),
-                scale * (y - xy / xx * x)
+                scale * at_zero(&of_sizes)
             )?;
         }
         page.push_str("\n\n");
