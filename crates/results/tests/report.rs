@@ -141,6 +141,21 @@ fn odd_data_still_makes_a_page() {
 }
 
 #[test]
+fn a_curve_that_belongs_to_another_has_its_colour() {
+    let (x, y) = ([0.0, 1.0], [1.0, 2.0]);
+    let svg = Plot::new("p", Axis::new("x", ""), Axis::new("y", ""))
+        .with("measured a", &x, &y, Style::Points)
+        .with_same_colour("computed a", &x, &y, Style::Line)
+        .with("measured b", &x, &y, Style::Points)
+        .with_same_colour("computed b", &x, &y, Style::Dashed)
+        .svg();
+    for part in ["dot f0", "\"line c0\"", "dot f1", "\"line dashed c1\""] {
+        assert!(svg.contains(part), "{part} in {svg}");
+    }
+    assert!(!svg.contains(" c2\"") && !svg.contains(" f2\""));
+}
+
+#[test]
 fn grains_off_the_plane_and_beside_the_window_are_left_out() {
     let position = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.5, 0.0, 9.0, 0.0, 0.0];
     let view = SideView::new("v").grains(&position, &[0.1; 4], &[0.0; 12], 0.0).unwrap().window(-0.5, 2.5);

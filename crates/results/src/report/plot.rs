@@ -47,6 +47,8 @@ pub struct Series {
     pub y: Vec<f64>,
     /// How it is drawn.
     pub style: Style,
+    /// In the colour of the series before it: computed values with the measured ones they belong to.
+    pub belongs: bool,
 }
 
 /// A marked stretch of the x axis, such as an averaging window.
@@ -104,8 +106,15 @@ impl Plot {
 
     /// With one more curve.
     pub fn with(mut self, label: impl Into<String>, x: &[f64], y: &[f64], style: Style) -> Plot {
-        self.series.push(Series { label: label.into(), x: x.to_vec(), y: y.to_vec(), style });
+        self.series.push(Series { label: label.into(), x: x.to_vec(), y: y.to_vec(), style, belongs: false });
         self
+    }
+
+    /// With one more curve, in the colour of the one before it.
+    pub fn with_same_colour(self, label: impl Into<String>, x: &[f64], y: &[f64], style: Style) -> Plot {
+        let mut plot = self.with(label, x, y, style);
+        plot.series.iter_mut().last().expect("just added").belongs = true;
+        plot
     }
 
     /// Range of y to draw, and the full range when spikes of raw series reach far beyond it.
@@ -121,19 +130,20 @@ impl Plot {
         }
     }
 
-    /// Number of the colour of each series: a raw one shares that of the next other.
+    /// Number of the colour of each series: a raw one shares that of the next other, one that belongs to the series before that one's.
     fn colours(&self) -> Vec<usize> {
+        let mut colours: Vec<usize> = Vec::with_capacity(self.series.len());
         let mut next = 0;
-        self.series
-            .iter()
-            .enumerate()
-            .map(|(i, s)| {
-                let colour = next % 8;
-                let paired = s.style == Style::Raw && self.series.get(i + 1).is_some_and(|n| n.style != Style::Raw);
-                next += usize::from(!paired);
-                colour
-            })
-            .collect()
+        for (i, s) in self.series.iter().enumerate() {
+            if let (true, Some(&before)) = (s.belongs, colours.last()) {
+                colours.push(before);
+                continue;
+            }
+            colours.push(next % 8);
+            let paired = s.style == Style::Raw && self.series.get(i + 1).is_some_and(|n| n.style != Style::Raw);
+            next += usize::from(!paired);
+        }
+        colours
     }
 
     /// Width in user units (pixels of a page that does not scale).

@@ -73,7 +73,7 @@ fn page(folder: &Path, data: &Path, results: &Path) -> Result<()> {
             plot = plot.with(format!("measured, {angle} deg"), &x, &y, Style::Points);
             let known = || of().filter_map(|r| Some((r.slip, made.get(&key(r))?[computed].as_f64()?)));
             let (x, y): (Vec<f64>, Vec<f64>) = known().unzip();
-            plot = plot.with(format!("computed, {angle} deg"), &x, &y, Style::Line);
+            plot = plot.with_same_colour(format!("computed, {angle} deg"), &x, &y, Style::Line);
         }
         std::fs::write(folder.join(file), plot.svg()).with_context(|| format!("cannot write {file}"))?;
         writeln!(page, "![{title}]({file})\n")?;
