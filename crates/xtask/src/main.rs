@@ -84,8 +84,37 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
-            eprintln!("error: {e:#}");
+            eprintln!("error: {}", told(&e));
             ExitCode::FAILURE
         }
+    }
+}
+
+/// An error with its causes, each once: some texts end with their cause already.
+fn told(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if text.is_empty() {
+            text = cause;
+        } else if !text.ends_with(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::Context as _;
+
+    #[test]
+    fn a_cause_is_told_once() {
+        let missing = || terramech_results::CsvTable::read("no/such.csv");
+        let cause = std::io::Error::from_raw_os_error(2).to_string();
+        let e = missing().context("the study").unwrap_err();
+        assert_eq!(told(&e), format!("the study: cannot read no/such.csv: {cause}"));
+        let e = anyhow::anyhow!("inner").context("outer");
+        assert_eq!(told(&e), "outer: inner");
     }
 }
