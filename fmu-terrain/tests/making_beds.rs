@@ -107,6 +107,31 @@ fn species_have_their_own_material_and_a_mixture_settles() {
     assert!((surface - height).abs() < 1e-12 && height > 0.03);
 }
 
+/// Layers come to rest above what is listed before them, on every way of placing; only grains at the border mix.
+#[test]
+fn layers_lie_one_above_the_other() {
+    for placing in ["grid", "hcp", "poisson_disk"] {
+        let (engine, _) = bed(&format!(
+            r#"{{"soil": {{"radius": {{"equal": 0.005}}, "friction": 0.5,
+                "species": [{{"share": 0.4, "radius": {{"equal": 0.0045}}, "density": 2700, "layer": true}},
+                            {{"share": 0.2, "radius": {{"equal": 0.004}}, "density": 2600, "layer": true}}]}},
+                "bed": {{{BOX}, "placing": "{placing}"}}}}"#
+        ));
+        let heights = |radius: f64| -> Vec<f64> {
+            let mut z: Vec<f64> = engine.state().rows.iter().filter(|r| r[3] == radius).map(|r| r[2]).collect();
+            z.sort_by(f64::total_cmp);
+            z
+        };
+        let [below, middle, above] = [0.005, 0.0045, 0.004].map(heights);
+        assert_eq!(below.len() + middle.len() + above.len(), engine.state().rows.len());
+        // Layers of two to four grains: those at the border fall between each other, half of a layer lies above four fifths of the one below.
+        for (low, high) in [(&below, &middle), (&middle, &above)] {
+            let (top, bottom) = (low[low.len() * 4 / 5], high[high.len() / 2]);
+            assert!(top < bottom, "{placing}: {top} above {bottom}");
+        }
+    }
+}
+
 #[test]
 fn faults_of_mixtures_and_compaction_are_named() {
     let text = r#"{"soil": {"radius": {"normal": {"mean": 0.01, "deviation": 0.001, "least": 0.004, "greatest": 0.006}},
