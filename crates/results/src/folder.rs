@@ -38,6 +38,14 @@ struct Ledger {
     begun: bool,
 }
 
+impl Drop for Ledger {
+    /// Gives the lock back by name. Closing the file is not enough: a child that another thread is just starting holds a copy of it until
+    /// it runs its own program, and the next run in this folder would find it in use.
+    fn drop(&mut self) {
+        let _ = self.file.unlock();
+    }
+}
+
 impl RunFolder {
     /// Creates the folder (and its parents), or takes over one that is empty or holds an earlier run, whose files go.
     ///
@@ -340,4 +348,19 @@ fn remove_earlier(folder: &Path, list: &str) -> Result<()> {
         let _ = fs::remove_dir(parent);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_given_back_is_free_although_a_starting_child_holds_a_copy_of_its_lock() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = RunFolder::create(dir.path()).unwrap();
+        let copy = folder.ledger.lock().unwrap().file.try_clone().unwrap();
+        drop(folder);
+        RunFolder::create(dir.path()).unwrap();
+        drop(copy);
+    }
 }
