@@ -1,6 +1,7 @@
 //! `bed`: the box, how it is filled, compacted and settled.
 
 use super::{GREATEST_COUNT, Platform, Soil, Surface};
+use crate::dem::Settle;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use terramech_fmi2::specification::Faults;
@@ -142,25 +143,6 @@ pub enum CompactionOf {
         /// How long (s).
         time: f64,
     },
-}
-
-/// When a bed counts as settled.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Settle {
-    /// Mean kinetic energy of the grains, the most energetic hundredth left out, over m g r (1): 1e-5 is 1.5 mm/s for
-    /// r 12 mm.
-    pub energy: f64,
-    /// Not before this time (s): grains begin at rest and must fall first.
-    pub least_time: f64,
-    /// Give up after this time (s).
-    pub most_time: f64,
-}
-
-impl Default for Settle {
-    fn default() -> Self {
-        Self { energy: 1e-5, least_time: 0.05, most_time: 5.0 }
-    }
 }
 
 impl Bed {

@@ -316,11 +316,7 @@ impl Terrain {
                 seed: b.seed,
                 spacing: b.spacing,
             },
-            settle: dem::Settle {
-                energy: b.settle.energy,
-                least_time: b.settle.least_time,
-                most_time: b.settle.most_time,
-            },
+            settle: b.settle,
             cohesion: match b.adhesion_onset {
                 AdhesionOnset::Growth => dem::Onset::Growth(b.adhesion_time),
                 AdhesionOnset::Offset => dem::Onset::Offset,

@@ -10,8 +10,9 @@ mod other;
 pub mod pairs;
 pub mod platform;
 
+pub use crate::dem::Settle;
 pub use crate::rigid::config::Rigid;
-pub use bed::{AdhesionOnset, Bed, CompactionOf, Fill, PlacingOf, Settle};
+pub use bed::{AdhesionOnset, Bed, CompactionOf, Fill, PlacingOf};
 pub use dem_p::DemP;
 pub use obstacles::{Obstacle, ObstacleShape};
 pub use other::{Contacts, DemC, Scm, Solver};

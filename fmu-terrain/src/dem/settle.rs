@@ -13,12 +13,15 @@ use super::place::Placing;
 use super::sample::{Fill, Sample, Species, sample_mixed};
 use super::surface::Surface;
 use super::tile::prepare_tiled;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// When a bed counts as settled.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct Settle {
-    /// Kinetic energy per grain, as a fraction of the mean m g r: 1e-5 is 1.5 mm/s for r 12 mm.
+    /// Mean kinetic energy of the grains, the most energetic hundredth left out, over m g r (1): 1e-5 is 1.5 mm/s for
+    /// r 12 mm.
     pub energy: f64,
     /// Not before this time (s): grains begin at rest and must fall first.
     pub least_time: f64,
